@@ -7,7 +7,7 @@ use crate::output::{format_seconds, print, print_json};
 use crate::scene_session::{OpenedScene, open_scene};
 use crate::stop::end_on_stop;
 use pliant_engine::memory::format_bytes;
-use pliant_engine::session::{Choices, Session};
+use pliant_engine::session::{Choices, ObstacleSummary, Session};
 use pliant_record::PlanReport;
 use std::time::Instant;
 
@@ -45,6 +45,7 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
             choices.levels.iter().filter(|l| l.body == *name).map(|l| format!("  level {}: {}", l.level, l.why)),
         );
     }
+    lines.extend(report.obstacles.iter().map(obstacle_text));
     lines.push(format!("integrator: {} ({})", choices.integrator, choices.why));
     lines.push(format!("step limit: {}", step_limit_text(choices, report.dt)));
     for cost in &report.step_cost {
@@ -71,6 +72,17 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
         lines.extend(told.iter().map(|(_, e)| format!("  {}", e.text)));
     }
     lines.join("\n")
+}
+
+/// An obstacle and what it costs.
+fn obstacle_text(obstacle: &ObstacleSummary) -> String {
+    let ObstacleSummary { name, surface, triangles, moves, distance_seconds } = obstacle;
+    let of = if *triangles > 0 { format!(" of {triangles} triangles") } else { String::new() };
+    let moves = if *moves { ", moves" } else { "" };
+    let cost = 1e9 * distance_seconds;
+    format!(
+        "obstacle `{name}`: {surface}{of}{moves}; a distance to it takes about {cost:.0} ns, and a point near it asks for a few in each step"
+    )
 }
 
 /// The step limit and how the step keeps to it.

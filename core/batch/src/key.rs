@@ -77,6 +77,9 @@ impl KeyMaker {
                 params.push(&body.grid.params);
             }
         }
+        for mesh in scene.obstacle.iter().filter_map(|obstacle| obstacle.mesh.as_ref()) {
+            digest.add(&self.file(&folder.join(mesh.get_ref())));
+        }
         for device in &scene.device {
             match &device.recording {
                 Some(recording) => digest.add(&self.file(&folder.join(recording.get_ref()))),

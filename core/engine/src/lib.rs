@@ -9,6 +9,7 @@ pub mod body;
 pub mod contact;
 pub mod edit;
 pub mod memory;
+pub mod obstacle;
 pub mod plan;
 pub mod probe;
 pub mod recording;

@@ -265,12 +265,16 @@ impl Plan {
             let driven = body.fixed.iter().any(|f| f.get_ref().path.iter().any(|row| row[1..] != [0.0; 3]));
             let whole = body.sheet.is_some() || body.grid.region == Extent::Whole;
             let falls = self.gravity != Vec3::zeros() && whole;
-            let moving = !self.tools.is_empty() || driven || falls;
+            let pushed = whole && scene.obstacle.iter().any(|o| !o.path.get_ref().is_empty());
+            let moving = !self.tools.is_empty() || driven || falls || pushed;
             self.moving.push(moving);
             if !moving {
                 let (grid, material) = (body.grid.plugin.get_ref(), body.material.plugin.get_ref());
                 let what = format!("plugins `{grid}` and `{material}` of body `{}`", body.name.get_ref());
-                self.leave_out(what, "nothing acts on it: no tool, no gravity on the whole body, no driven nodes");
+                self.leave_out(
+                    what,
+                    "nothing acts on it: no tool, no gravity on the whole body, no driven nodes, no moving obstacle",
+                );
             }
         }
     }
@@ -355,6 +359,9 @@ impl Plan {
                 None => format!("levels of the grid of body `{name}` that are finer than the one chosen"),
             };
             self.leave_out(what, "only one level is simulated");
+        }
+        if scene.obstacle.is_empty() {
+            self.leave_out("obstacles", "the scene has none");
         }
         self.energy = scene.output.energy
             || scene.time.force_unstable

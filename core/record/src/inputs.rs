@@ -14,7 +14,7 @@ use std::thread::JoinHandle;
 /// An input of a run with its digest.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct InputHash {
-    /// `program`, `scene`, `model`, `field`, `recording` or `plugin`.
+    /// `program`, `scene`, `model`, `obstacle`, `field`, `recording` or `plugin`.
     pub role: &'static str,
     /// Path of the file, or kind of a generated shape.
     pub name: String,
@@ -35,6 +35,7 @@ impl InputHashes {
         let models: Vec<Arc<Model>> = models(session).map(Arc::clone).collect();
         let mut plugins: Vec<String> = session.loaded.iter().map(|l| l.path.clone()).collect();
         plugins.dedup();
+        let obstacles = session.obstacle_files.clone();
         let fields = session.field_files.clone();
         let recordings: Vec<PathBuf> = session.recordings.iter().map(|hands| hands.path().to_path_buf()).collect();
         let work = move || {
@@ -44,6 +45,7 @@ impl InputHashes {
                 std::env::current_exe().iter().map(|program| of_file("program", program)).collect();
             all.push(of_bytes("scene", scene, text.as_bytes()));
             all.extend(models.iter().map(|m| of_bytes("model", shown(m.document.name()), m.document.bytes())));
+            all.extend(obstacles.iter().map(|path| of_file("obstacle", path)));
             all.extend(fields.iter().map(|path| of_file("field", path)));
             all.extend(recordings.iter().map(|path| of_file("recording", path)));
             all.extend(plugins.iter().map(|path| of_file("plugin", Path::new(path))));
@@ -68,7 +70,7 @@ pub(crate) fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// Checks that no file of `outputs` is an input of the run: its scene, a model, a field, a recording or a plugin.
+/// Checks that no file of `outputs` is an input of the run: its scene, a model, an obstacle, a field, a recording or a plugin.
 ///
 /// # Errors
 /// Names the output and the kind of input.
@@ -79,6 +81,7 @@ pub(crate) fn refuse_inputs(
 ) -> io::Result<()> {
     let files = models(session).map(|model| ("a model", model.document.name().to_path_buf()));
     let files = files.chain(session.loaded.iter().map(|l| ("a plugin", PathBuf::from(&l.path))));
+    let files = files.chain(session.obstacle_files.iter().map(|path| ("an obstacle", path.clone())));
     let files = files.chain(session.field_files.iter().map(|path| ("a field", path.clone())));
     let files = files.chain(session.recordings.iter().map(|hands| ("a recording", hands.path().to_path_buf())));
     let inputs: Vec<(&str, PathBuf)> = files

@@ -3,7 +3,7 @@
 use crate::summary::{BodySummary, summarize_bodies};
 use pliant_engine::memory::BodyMemory;
 use pliant_engine::plan::LeftOut;
-use pliant_engine::session::{Choices, Loaded, Session, StepCost, Warning};
+use pliant_engine::session::{Choices, Loaded, ObstacleSummary, Session, StepCost, Warning};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -22,6 +22,8 @@ pub struct PlanReport {
     pub left_out: Vec<LeftOut>,
     /// The simulated bodies.
     pub bodies: Vec<BodySummary>,
+    /// The obstacles.
+    pub obstacles: Vec<ObstacleSummary>,
     /// Estimate of the largest memory of a run, bytes.
     pub memory: u64,
     /// Its part for each body of the scene.
@@ -44,6 +46,7 @@ impl PlanReport {
             loaded: session.loaded.clone(),
             left_out: session.left_out.clone(),
             bodies: summarize_bodies(session),
+            obstacles: session.obstacle_summaries(),
             memory: session.memory_estimate(),
             memory_of_bodies: session.memory_of_bodies().to_vec(),
             open_seconds: opening.as_secs_f64(),

@@ -55,18 +55,23 @@ pub struct Fixing {
     pub path: Vec<(f64, Vec3)>,
 }
 
+/// Displacement (m) at a time (s) along a path of times (s, ascending) and displacements (m): linear between, constant outside.
+pub fn displacement_along(path: &[(f64, Vec3)], time: f64) -> Vec3 {
+    let after = path.partition_point(|(t, _)| *t <= time);
+    match (after.checked_sub(1).map(|i| path[i]), path.get(after)) {
+        (None, None) => Vec3::zeros(),
+        (Some((_, d)), None) | (None, Some(&(_, d))) => d,
+        (Some((t0, d0)), Some(&(t1, d1))) => {
+            let s = (time - t0) / (t1 - t0);
+            d0 + s * (d1 - d0)
+        }
+    }
+}
+
 impl Fixing {
     /// Displacement from rest at a time (s), m.
     pub fn displacement(&self, time: f64) -> Vec3 {
-        let after = self.path.partition_point(|(t, _)| *t <= time);
-        match (after.checked_sub(1).map(|i| self.path[i]), self.path.get(after)) {
-            (None, None) => Vec3::zeros(),
-            (Some((_, d)), None) | (None, Some(&(_, d))) => d,
-            (Some((t0, d0)), Some(&(t1, d1))) => {
-                let s = (time - t0) / (t1 - t0);
-                d0 + s * (d1 - d0)
-            }
-        }
+        displacement_along(&self.path, time)
     }
 
     /// Whether the path has a displacement other than zero.

@@ -9,6 +9,7 @@
 //! free, and border nodes are fixed where they are.
 
 mod bounds;
+mod contact_points;
 mod cut;
 mod embed;
 mod fields;
@@ -31,6 +32,7 @@ use super::fixing::Fixing;
 use super::grid_pool::PooledGrid;
 use super::stiffness::StiffnessFactor;
 pub use bounds::NodeBounds;
+pub use contact_points::{ContactPoint, ContactSurface};
 pub use fragments::{BodyInterior, CellFragment};
 use fragments::{Fragments, NodeKey};
 use paint::LatticePaint;

@@ -28,9 +28,11 @@ mod symmetry;
 pub use cell_corners::CellCorners;
 pub use discretization::Discretization;
 pub use fields::{FieldSurface, Fields, Layer, factor_at};
-pub use fixing::{Fixing, Place};
+pub use fixing::{Fixing, Place, displacement_along};
 pub use grid_pool::{GridPool, PooledGrid};
-pub use lattice::{BodyInterior, CellFragment, Lattice, LatticeError, NodeBounds, RegionSettings, Repair};
+pub use lattice::{
+    BodyInterior, CellFragment, ContactPoint, ContactSurface, Lattice, LatticeError, NodeBounds, RegionSettings, Repair,
+};
 pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::Model;
 pub use pages::{PAGE, PageStamps};

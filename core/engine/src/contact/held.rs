@@ -3,7 +3,7 @@
 //! A solve that changes the active set is followed by another one in the same step, so it need not converge: it is stopped as soon as every
 //! change is certain within the solver's error bound.
 
-use super::fingertip::Tip;
+use super::proxy::Friction;
 use pliant_solver::{System, TrialStep, Vec3};
 
 /// A vertex in contact with one tip, or pinched by two.
@@ -58,17 +58,45 @@ pub(super) fn is_settled(mut next: impl Iterator<Item = Option<(VertexContact, b
 const MAX_FORCE_ERROR: f64 = 0.1;
 
 impl VertexContact {
-    /// The contact after a state transition under a trial step and whether the transition is certain; `None` if the state stays.
-    pub fn transition(&self, tip: &Tip, system: &System, trial: &TrialStep<'_>) -> Option<(Self, bool)> {
+    /// The contact after a state transition under a trial step and whether the transition is certain; `None` if the state stays. The other
+    /// surface has these coefficients of friction and moves at `drive` (m/s) at the vertex.
+    pub fn transition(
+        &self,
+        friction: Friction,
+        drive: Vec3,
+        system: &System,
+        trial: &TrialStep<'_>,
+    ) -> Option<(Self, bool)> {
         let node = self.node as usize;
         let off = |u: Vec3| trial.error_bound.map_or([0.0; 2], |bound| bound(system, node, u));
-        let slip = (trial.velocity)(system, node) - tip.velocity_at(system.nodes.x[node]);
-        self.next(tip, (trial.reaction)(node), slip, &off)
+        let slip = (trial.velocity)(system, node) - drive;
+        self.next(friction, (trial.reaction)(node), slip, &off)
+    }
+
+    /// Friction of a sliding vertex of `mass` (kg) in the next step of `dt` (s), N, from its normal force in `reaction` (N) and its velocity `slip`
+    /// relative to the other surface (m/s); `None` if it would accelerate the vertex, which then sticks. The direction turns towards the slip no
+    /// faster than the vertex's inertia allows; otherwise a light vertex of a taut sheet would oscillate across its path.
+    pub fn next_friction(&self, friction: Friction, reaction: Vec3, slip: Vec3, mass: f64, dt: f64) -> Option<Vec3> {
+        let slip = slip - slip.dot(&self.normal) * self.normal;
+        let (speed, push) = (slip.norm(), reaction.dot(&self.normal).max(0.0));
+        if slip.dot(&self.friction) > 0.0 || speed == 0.0 {
+            return None;
+        }
+        let (limit, norm) = (friction.kinetic_coefficient * push, self.friction.norm());
+        let turned = if norm > 0.0 { limit / norm * self.friction } else { Vec3::zeros() };
+        let turned = turned - mass / dt * slip;
+        Some(limit / turned.norm() * turned)
     }
 
     /// Transition for the constraint force `lambda` (N) and the velocity `slip` relative to the tip (m/s). `off` bounds the errors of both, in
     /// this order, along a unit vector.
-    fn next(&self, tip: &Tip, lambda: Vec3, slip: Vec3, off: &dyn Fn(Vec3) -> [f64; 2]) -> Option<(Self, bool)> {
+    fn next(
+        &self,
+        friction: Friction,
+        lambda: Vec3,
+        slip: Vec3,
+        off: &dyn Fn(Vec3) -> [f64; 2],
+    ) -> Option<(Self, bool)> {
         if self.caught || self.state == State::Free {
             return None;
         }
@@ -95,12 +123,11 @@ impl VertexContact {
             return None;
         }
         if sticks {
-            let most =
-                if self.stuck_before { tip.friction.static_coefficient } else { tip.friction.kinetic_coefficient };
+            let most = if self.stuck_before { friction.static_coefficient } else { friction.kinetic_coefficient };
             (size > most * pushes).then(|| {
                 let is_more = size - along_off() > most * (pushes + pushes_off);
                 let certain = is_more && pushes_off <= MAX_FORCE_ERROR * pushes;
-                let friction = tip.friction.kinetic_coefficient * pushes / size * along;
+                let friction = friction.kinetic_coefficient * pushes / size * along;
                 (Self { state: State::Slides, friction, ..*self }, certain)
             })
         } else if !self.returned {
@@ -119,24 +146,10 @@ impl VertexContact {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::Friction;
-    use crate::shape::OrientedShape;
 
     const NOTHING: Vec3 = Vec3::new(0.0, 0.0, 0.0);
 
-    fn tip() -> Tip {
-        Tip {
-            position: NOTHING,
-            velocity: NOTHING,
-            spin: NOTHING,
-            shape: OrientedShape::sphere(8e-3),
-            friction: Friction { static_coefficient: 0.5, kinetic_coefficient: 0.4 },
-            restitution: 0.0,
-            constrains: true,
-            force: NOTHING,
-            constrained: 0,
-        }
-    }
+    const FRICTION: Friction = Friction { static_coefficient: 0.5, kinetic_coefficient: 0.4 };
 
     const HELD: VertexContact = VertexContact {
         node: 0,
@@ -159,8 +172,9 @@ mod tests {
         after: Vec3,
         errors: [f64; N],
     ) -> [Option<(State, bool)>; N] {
-        errors
-            .map(|error| held.next(&tip(), lambda, after, &|_| [error; 2]).map(|(held, certain)| (held.state, certain)))
+        errors.map(|error| {
+            held.next(FRICTION, lambda, after, &|_| [error; 2]).map(|(held, certain)| (held.state, certain))
+        })
     }
 
     #[test]
@@ -188,7 +202,7 @@ mod tests {
             next(HELD, Vec3::new(5.0, 0.0, 1.0), Vec3::zeros(), [0.09, 0.11]),
             [Some((slides, true)), Some((slides, false))]
         );
-        let (held, _) = HELD.next(&tip(), Vec3::new(0.6, 0.0, 1.0), Vec3::zeros(), &|_| [0.0; 2]).unwrap();
+        let (held, _) = HELD.next(FRICTION, Vec3::new(0.6, 0.0, 1.0), Vec3::zeros(), &|_| [0.0; 2]).unwrap();
         assert_eq!(held.friction, Vec3::new(0.4, 0.0, 0.0));
         assert_eq!(next(held, Vec3::z(), Vec3::new(-1.0, 0.0, 0.0), [0.0]), [None], "it keeps sliding");
         let back = next(held, Vec3::z(), Vec3::new(0.1, 0.0, 0.0), [0.0, 0.09, 0.11]);

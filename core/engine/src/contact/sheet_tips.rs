@@ -82,22 +82,15 @@ impl SheetTips {
         if last.tips == (t, None) { (MAX_CORRECTION_SPEED * self.dt).min(SWEEP * scale) } else { CONTACT_GAP * scale }
     }
 
-    /// Friction of a sliding vertex in the next step, N, from its normal force in this step; `None` if it would accelerate the vertex, which then
-    /// sticks. The direction turns towards the slip no faster than the vertex's inertia allows; otherwise a light vertex of a taut sheet
-    /// would oscillate across its path.
-    fn next_friction(&self, contact: &VertexContact, system: &System, reaction: Vec3) -> Option<Vec3> {
+    /// The transition of a contact under a trial step, with the tip's friction and velocity.
+    fn transition(
+        &self,
+        contact: &VertexContact,
+        system: &System,
+        trial: &TrialStep<'_>,
+    ) -> Option<(VertexContact, bool)> {
         let tip = &self.tips[contact.tips.0];
-        let i = contact.node as usize;
-        let slip = system.nodes.v[i] - tip.velocity_at(system.nodes.x[i]);
-        let slip = slip - slip.dot(&contact.normal) * contact.normal;
-        let (speed, push) = (slip.norm(), reaction.dot(&contact.normal).max(0.0));
-        if slip.dot(&contact.friction) > 0.0 || speed == 0.0 {
-            return None;
-        }
-        let (limit, norm) = (tip.friction.kinetic_coefficient * push, contact.friction.norm());
-        let turned = if norm > 0.0 { limit / norm * contact.friction } else { Vec3::zeros() };
-        let turned = turned - system.nodes.mass[contact.node as usize] / self.dt * slip;
-        Some(limit / turned.norm() * turned)
+        contact.transition(tip.friction, tip.velocity_at(system.nodes.x[contact.node as usize]), system, trial)
     }
 
     /// The contact of a vertex with tip `t` at the unit outward `normal`.
@@ -243,7 +236,7 @@ impl ContactConstraints for SheetTips {
         let mut changed = trial.error_bound.is_none() && self.add_swept_contacts(system, trial.velocity);
         let mut tips = std::mem::take(&mut self.contacts);
         for contact in &mut tips {
-            if let Some((next, true)) = contact.transition(&self.tips[contact.tips.0], system, trial) {
+            if let Some((next, true)) = self.transition(contact, system, trial) {
                 *contact = next;
                 self.constrain(contact, system);
                 changed = true;
@@ -254,7 +247,7 @@ impl ContactConstraints for SheetTips {
     }
 
     fn can_stop_early(&self, system: &System, trial: &TrialStep<'_>) -> bool {
-        is_settled(self.contacts.iter().map(|contact| contact.transition(&self.tips[contact.tips.0], system, trial)))
+        is_settled(self.contacts.iter().map(|contact| self.transition(contact, system, trial)))
     }
 
     fn has_candidates(&self) -> bool {
@@ -300,7 +293,12 @@ impl ContactConstraints for SheetTips {
                     }
                 }
                 let slides = contact.state == State::Slides;
-                let friction = slides.then(|| self.next_friction(contact, system, reaction[i])).flatten();
+                let tip = &self.tips[contact.tips.0];
+                let next_friction = || {
+                    let slip = system.nodes.v[i] - tip.velocity_at(system.nodes.x[i]);
+                    contact.next_friction(tip.friction, reaction[i], slip, system.nodes.mass[i], self.dt)
+                };
+                let friction = slides.then(next_friction).flatten();
                 self.previous.push(PreviousContact { node: contact.node, tips: contact.tips, friction });
             }
             if contact.state != State::Free && contact.tips.1.is_none() {

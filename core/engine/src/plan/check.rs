@@ -3,8 +3,8 @@
 use crate::body::Axes;
 use crate::edit::{Command, EditKind, KeyName, Strength};
 use crate::scene::{
-    Amount, BladeScene, BodyScene, DeviceScene, EditScene, Extent, FieldScene, FixedScene, Length, ProbeScene, Scene,
-    SceneError, Source, ToolScene, parse_quantity,
+    Amount, BladeScene, BodyScene, DeviceScene, EditScene, Extent, FieldScene, FixedScene, IntegratorChoice, Length,
+    ObstacleScene, ProbeScene, Scene, SceneError, Source, ToolScene, parse_quantity,
 };
 use std::ops::Range;
 use toml::Spanned;
@@ -24,9 +24,11 @@ pub(super) fn check(scene: &Scene, source: &Source) -> Result<(), SceneError> {
     let check = Check(source);
     check.time(scene)?;
     check.names("body", scene.body.iter().map(|b| &b.name))?;
+    check.names("obstacle", scene.obstacle.iter().map(|o| &o.name))?;
     check.names("device", scene.device.iter().map(|d| &d.name))?;
     check.names("tool", scene.tool.iter().map(|t| &t.name))?;
     scene.body.iter().try_for_each(|body| check.body(body))?;
+    scene.obstacle.iter().try_for_each(|obstacle| check.obstacle(obstacle, scene))?;
     scene.device.iter().try_for_each(|device| check.device(device))?;
     scene.tool.iter().try_for_each(|tool| check.tool(tool))?;
     scene.edit.iter().try_for_each(|edit| check.edit(edit))?;
@@ -264,17 +266,77 @@ impl Check<'_> {
             return self
                 .wrong(span, "`nodes` of a local region have no lasting numbers; allowed is `box`, `ball` or `group`");
         }
+        self.path(&fixed.path, "a `fixed`", span)
+    }
+
+    /// Checks that the rows of a path are finite and in the order of time.
+    fn path(&self, path: &[[f64; 4]], of: &str, span: Range<usize>) -> Result<(), SceneError> {
         let wrong = |(i, row): (usize, &[f64; 4])| {
-            let rises = i == 0 || fixed.path[i - 1][0] < row[0];
+            let rises = i == 0 || path[i - 1][0] < row[0];
             !(rises && row.iter().all(|c| c.is_finite()))
         };
-        match fixed.path.iter().enumerate().find(|row| wrong(*row)) {
+        match path.iter().enumerate().find(|row| wrong(*row)) {
             Some((i, row)) => self.wrong(
                 span,
-                format!("row {} of the path of a `fixed` is {row:?}; allowed is finite numbers, times rising", i + 1),
+                format!("row {} of the path of {of} is {row:?}; allowed is finite numbers, times rising", i + 1),
             ),
             None => Ok(()),
         }
+    }
+
+    fn obstacle(&self, obstacle: &ObstacleScene, scene: &Scene) -> Result<(), SceneError> {
+        let (name, span) = (obstacle.name.get_ref(), obstacle.name.span());
+        match (&obstacle.mesh, &obstacle.shape) {
+            (Some(mesh), Some(_)) => return self.wrong(mesh.span(), "`mesh` and `shape`; allowed is one of them"),
+            (None, None) => {
+                let text = format!("obstacle `{name}` has no surface; allowed is one of `mesh` and `shape`");
+                return self.wrong(span, text);
+            }
+            (None, Some(_)) => {
+                let of_mesh = [
+                    ("size", obstacle.size.as_ref().map(Spanned::span)),
+                    ("scale", obstacle.scale.as_ref().map(Spanned::span)),
+                    ("thickness", obstacle.thickness.as_ref().map(Spanned::span)),
+                ];
+                if let Some((key, Some(span))) = of_mesh.into_iter().find(|(_, span)| span.is_some()) {
+                    return self
+                        .wrong(span, format!("`{key}` of obstacle `{name}` is for a `mesh`, and it has a `shape`"));
+                }
+            }
+            (Some(_), None) => {}
+        }
+        if let (Some(size), Some(_)) = (&obstacle.size, &obstacle.scale) {
+            return self.wrong(size.span(), "`size` and `scale`; allowed is one of them");
+        }
+        if let Some(scale) = &obstacle.scale {
+            self.above(*scale.get_ref(), scale.span(), "scale", "")?;
+        }
+        for (what, length) in [("size", &obstacle.size), ("thickness", &obstacle.thickness)] {
+            if let Some(length) = length {
+                self.above(length.get_ref().si, length.span(), what, " m")?;
+            }
+        }
+        self.friction(&obstacle.friction)?;
+        self.path(obstacle.path.get_ref(), &format!("obstacle `{name}`"), obstacle.path.span())?;
+        if scene.time.integrator == IntegratorChoice::QuasiStatic {
+            let text = format!(
+                "obstacle `{name}` with `integrator = \"quasi-static\"`; allowed is an integrator with inertia, as `backward-euler`: an equilibrium \
+                 without contact need not exist"
+            );
+            return self.wrong(span, text);
+        }
+        Ok(())
+    }
+
+    fn friction(&self, friction: &Spanned<[f64; 2]>) -> Result<(), SceneError> {
+        let [fixed, sliding] = *friction.get_ref();
+        if fixed >= sliding && sliding >= 0.0 && fixed.is_finite() {
+            return Ok(());
+        }
+        let text = format!(
+            "friction [{fixed}, {sliding}]; allowed is [to start, while sliding], 0 or more, the first not lower"
+        );
+        self.wrong(friction.span(), text)
     }
 
     fn device(&self, device: &DeviceScene) -> Result<(), SceneError> {
@@ -309,13 +371,7 @@ impl Check<'_> {
         if let Some(blade) = &tool.blade {
             self.blade(blade.get_ref())?;
         }
-        let [fixed, sliding] = *tool.friction.get_ref();
-        if !(fixed >= sliding && sliding >= 0.0 && fixed.is_finite()) {
-            let text = format!(
-                "friction [{fixed}, {sliding}]; allowed is [to start, while sliding], 0 or more, the first not lower"
-            );
-            return self.wrong(tool.friction.span(), text);
-        }
+        self.friction(&tool.friction)?;
         if let Some(restitution) = tool.restitution.as_ref().filter(|e| !(0.0..=1.0).contains(e.get_ref())) {
             let text = format!("restitution {}; allowed is 0 to 1", restitution.get_ref());
             return self.wrong(restitution.span(), text);

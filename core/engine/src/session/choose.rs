@@ -34,7 +34,9 @@ impl Session {
     /// Samples the surfaces of bodies that a large tool may touch.
     pub(super) fn sample(&mut self, shared: &SharedParts) -> Result<(), SessionError> {
         for body in &mut self.bodies {
-            if self.tools.iter().any(|slot| Tool::meets_samples(&slot.tool.proxy.shape, body.discretization.edge())) {
+            let edge = body.discretization.edge();
+            let by_tool = self.tools.iter().any(|slot| Tool::meets_samples(&slot.tool.proxy.shape, edge));
+            if by_tool || !self.obstacles.list.is_empty() {
                 let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
                 let Some(lattice) = body.discretization.lattice() else { continue };
                 let make = || Samples::new(&body.model.surface, lattice);

@@ -15,6 +15,7 @@ mod lapse;
 mod level_choice;
 mod memory_checks;
 mod mirror;
+mod obstacles;
 mod open;
 mod opening_warnings;
 mod place;
@@ -41,6 +42,7 @@ pub use history::{Snapshot, SnapshotError};
 pub use lapse::{Lapse, Stage};
 pub use level_choice::LevelChosen;
 pub use mirror::Mirror;
+pub use obstacles::ObstacleSummary;
 pub use open::Options;
 pub use shared::SharedParts;
 pub use stiffness::StiffnessState;
@@ -56,6 +58,7 @@ use hand_events::Ongoing;
 use history::History;
 use lapse::Watch;
 use nalgebra::UnitQuaternion;
+use obstacles::Obstacles;
 use pliant_host::{Device, DeviceInfo, Pose};
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::Ball;
@@ -276,6 +279,8 @@ pub struct Session {
     pub loaded: Vec<Loaded>,
     /// Files of fields that were read.
     pub field_files: Vec<PathBuf>,
+    /// Meshes of obstacles that were read.
+    pub obstacle_files: Vec<PathBuf>,
     /// Recordings that its devices take their hands from.
     pub recordings: Vec<Arc<RecordedHands>>,
     /// Commands of the recordings before the last step.
@@ -296,6 +301,7 @@ pub struct Session {
     moved: Vec<f64>,
     /// Tips on each body; used for sheets.
     sheet_tips: Vec<SheetTips>,
+    obstacles: Obstacles,
     scratch: Scratch,
     frame: Frame,
     stiffness: StiffnessState,

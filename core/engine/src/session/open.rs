@@ -3,6 +3,7 @@
 use super::history::History;
 use super::lapse::Watch;
 use super::level_choice::{LevelChosen, ToolRadii, choose_level};
+use super::obstacles::Obstacles;
 use super::shared::{SharedModel, SharedParts};
 use super::sleep::Sleep;
 use super::step_limits::StepLimits;
@@ -149,6 +150,8 @@ impl Session {
             slot.has_torque = plan.has_torque(at);
         }
         super::mirror::join(&mut tools, &plan.mirrors, &mut bodies, &mut opening.events);
+        let (obstacles, obstacle_files) = opening.obstacles(scene)?;
+        let places = scene.obstacle.iter().map(|obstacle| source.error(obstacle.name.span(), "").place()).collect();
         let count = bodies.len();
         let springs = tools.iter().map(|_| NodeSprings::default()).collect();
         let mut session = Self {
@@ -170,6 +173,7 @@ impl Session {
             memory: opening.memory.into_bodies(),
             loaded: opening.loaded,
             field_files: opening.field_files,
+            obstacle_files,
             commands: Vec::with_capacity(super::recorded::most_commands(&opening.recordings)),
             recordings: opening.recordings,
             left_out: plan.left_out.clone(),
@@ -185,6 +189,7 @@ impl Session {
             sleep: Sleep::new(scene.time.sleep.as_ref().map_or(0.0, |s| s.get_ref().si), count),
             moved: vec![0.0; count],
             sheet_tips: (0..count).map(|_| SheetTips::default()).collect(),
+            obstacles: Obstacles::new(obstacles, places, count),
             scratch: Scratch { springs, balls: Vec::new() },
             frame: Frame::default(),
             stiffness: super::StiffnessState::default(),

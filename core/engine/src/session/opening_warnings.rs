@@ -78,6 +78,7 @@ impl Session {
         let (meetings, overlaps) = super::warning::OverlapDetection::new(extended);
         self.warnings.overlaps = meetings;
         found.extend(overlaps);
+        found.extend(self.find_obstacle_warnings());
         self.warnings.opening = found;
         Ok(())
     }

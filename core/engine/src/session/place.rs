@@ -167,7 +167,7 @@ fn placement(scene: &BodyScene, source: &Source, document: &ObjDocument) -> Resu
     Ok(Placement { rotation, translation: rotation * fit.translation + position, ..fit })
 }
 
-fn rotation(scene: &RotationScene, source: &Source) -> Result<UnitQuaternion<f64>, SceneError> {
+pub(super) fn rotation(scene: &RotationScene, source: &Source) -> Result<UnitQuaternion<f64>, SceneError> {
     let axis = Unit::try_new(Vec3::from(*scene.axis.get_ref()), 1e-12).ok_or_else(|| {
         let text = format!("rotation about {:?}; allowed is an axis with a length", scene.axis.get_ref());
         source.error(scene.axis.span(), text)

@@ -71,9 +71,9 @@ impl Session {
         }));
     }
 
-    /// Energy dissipated by friction between tips and sheets in the last step, J.
+    /// Energy dissipated by friction of sheets on tips, and of bodies on obstacles, in the last step, J.
     pub(super) fn friction_work(&self) -> f64 {
-        let mut sum = 0.0;
+        let mut sum = self.obstacles.list.iter().map(|obstacle| obstacle.friction_work).sum::<f64>();
         for (index, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.frozen.is_none()) {
             sum += self.sheet_tips[index].friction_work;
             for slot in &self.tools {

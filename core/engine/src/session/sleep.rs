@@ -37,11 +37,11 @@ impl Sleep {
 
 impl Session {
     /// Whether a body sleeps in this step, after tips are placed and fixings prescribed. Wakes it if something acts on it.
-    pub(super) fn sleeps(&mut self, index: usize) -> bool {
+    pub(super) fn sleeps(&mut self, index: usize, time: StepTime) -> bool {
         if self.sleep.speed <= 0.0 {
             return false;
         }
-        if self.is_disturbed(index) {
+        if self.is_disturbed(index, time) {
             self.sleep.wake(index);
         }
         self.sleep.rests[index].asleep.is_some()
@@ -67,22 +67,23 @@ impl Session {
         self.events.add(EventKind::Asleep, time + dt, || format!("body `{name}`: below {below} m/s for {SLOW_FOR} s"));
     }
 
-    /// Whether a tool loads or is near a body, or one of its fixings moves.
-    fn is_disturbed(&self, index: usize) -> bool {
+    /// Whether a tool loads or is near a body, an obstacle moves near it, or one of its fixings moves.
+    fn is_disturbed(&self, index: usize, time: StepTime) -> bool {
         let nodes = &self.bodies[index].system.nodes;
         let moves =
             |(p, c): (&Vec3, &Constraint)| !c.is_free() && p.norm_squared() >= self.sleep.speed * self.sleep.speed;
         let pulled = self.scratch.springs.iter().any(|springs| !springs.nodes.is_empty());
-        pulled || nodes.prescribed.iter().zip(&nodes.constraint).any(moves) || self.is_near(index)
+        pulled || nodes.prescribed.iter().zip(&nodes.constraint).any(moves) || self.is_near(index, time)
     }
 
-    /// Whether a tip could reach a sleeping body in two steps.
-    fn is_near(&self, index: usize) -> bool {
+    /// Whether a tip, or an obstacle that moves, could reach a sleeping body in two steps.
+    fn is_near(&self, index: usize, time: StepTime) -> bool {
         let Some([low, high]) = self.sleep.rests[index].asleep else { return self.sheet_tips[index].is_active() };
         let edge = self.bodies[index].discretization.edge();
-        self.sheet_tips[index].tips.iter().any(|tip| {
+        let near_tip = self.sheet_tips[index].tips.iter().any(|tip| {
             let reach = tip.shape.shape().bounding_radius() + edge + 2.0 * self.clock.dt * tip.velocity.norm();
             (0..3).all(|c| tip.position[c] > low[c] - reach && tip.position[c] < high[c] + reach)
-        })
+        });
+        near_tip || self.obstacle_comes([low, high], edge, time)
     }
 }

@@ -6,7 +6,7 @@ use super::frame::{Frame, ToolFrame};
 use super::hand_events::{SafetyPass, add_limit_event, add_safety_events};
 use super::{Session, Stage};
 use crate::body::Body;
-use crate::contact::SoftTip;
+use crate::contact::{BodyContacts, ObstacleContacts, SoftTip};
 use crate::edit::Step;
 use crate::tool::{Cause, Tool};
 use pliant_solver::{ContactConstraints, Frequencies, Interrupts, Loads, NoContacts, StepError, StepTime, Vec3};
@@ -45,6 +45,7 @@ impl Session {
             self.frame = frame;
             return;
         }
+        self.finish_obstacles(time);
         self.clock.steps += 1;
         frame.friction_work = self.friction_work();
         self.render_forces(time, &mut frame);
@@ -61,6 +62,7 @@ impl Session {
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
         self.sleep.wake(index);
         self.sheet_tips[index].invalidate();
+        self.obstacles.contacts.iter_mut().skip(index).take(1).for_each(ObstacleContacts::invalidate);
         for slot in &mut self.tools {
             slot.tool.invalidate(index);
             slot.soft[index].iter_mut().for_each(SoftTip::invalidate);
@@ -202,17 +204,28 @@ impl Session {
         self.place_tips(index);
         let body = &mut self.bodies[index];
         body.discretization.prescribe(&mut body.system.nodes, &body.fixings, time);
-        if self.sleeps(index) {
+        if self.sleeps(index, time) {
             return Ok(0.0);
         }
+        self.place_obstacles(index, time);
         let body = &mut self.bodies[index];
         let gravity = if body.discretization.is_whole() { self.plan.gravity } else { Vec3::zeros() };
         let loads = Loads { gravity, forces: &[], tools: &self.scratch.springs };
         let elements = body.system.elements();
         let integrator = &mut self.integrators[index];
         let tips = &mut self.sheet_tips[index];
-        let mut nothing = NoContacts;
-        let contacts: &mut (dyn ContactConstraints + Send) = if tips.tips.is_empty() { &mut nothing } else { tips };
+        let (mut nothing, mut both);
+        let contacts: &mut (dyn ContactConstraints + Send) = match self.obstacles.contacts.get_mut(index) {
+            Some(obstacles) if obstacles.is_near() => {
+                both = BodyContacts { tips, obstacles };
+                &mut both
+            }
+            _ if tips.tips.is_empty() => {
+                nothing = NoContacts;
+                &mut nothing
+            }
+            _ => tips,
+        };
         let system = &mut body.system;
         let stepped = self
             .workers
@@ -231,6 +244,11 @@ impl Session {
             StepError::Cancelled => NotMoved::Cancelled,
             StepError::TimedOut => NotMoved::TimedOut,
         })?;
+        if let Some(obstacles) = self.obstacles.contacts.get_mut(index)
+            && let Err(error) = obstacles.correct(&mut self.bodies[index])
+        {
+            return Err(NotMoved::Failed(error.to_string()));
+        }
         if !report.converged {
             let text = || format!("relative residual {:.2e} after {} iterations", report.residual, report.iterations);
             self.events.add(EventKind::NotConverged, time.start, text);

@@ -17,12 +17,16 @@ pub enum WarningCode {
     BodiesMeet,
     /// Bounding boxes of two bodies overlap at the start; there is no contact between bodies.
     BodiesOverlap,
+    /// The edges of a sheet are longer than an obstacle is wide.
+    CoarseSheet,
     /// An edit cut nothing.
     CutsNothing,
     /// The scene gives no size of a model, and one metre per file unit does not fit the tool.
     DoubtfulUnits,
     /// A `fixed` selects no node.
     FixesNothing,
+    /// No body met an obstacle.
+    MeetsNothing,
     /// The hand felt no force during an edit.
     NoForce,
     /// A touch pressed a body but moved none of its vertices.
@@ -31,6 +35,8 @@ pub enum WarningCode {
     OnePart,
     /// A blade cuts a body that is not closed and has no interior.
     OpenBody,
+    /// A body starts inside of an obstacle.
+    StartsInside,
 }
 
 impl WarningCode {
@@ -39,13 +45,16 @@ impl WarningCode {
         match self {
             Self::BodiesMeet => "bodies-meet",
             Self::BodiesOverlap => "bodies-overlap",
+            Self::CoarseSheet => "coarse-sheet",
             Self::CutsNothing => "cuts-nothing",
             Self::DoubtfulUnits => "doubtful-units",
             Self::FixesNothing => "fixes-nothing",
+            Self::MeetsNothing => "meets-nothing",
             Self::NoForce => "no-force",
             Self::MovesNoVertex => "moves-no-vertex",
             Self::OnePart => "one-part",
             Self::OpenBody => "open-body",
+            Self::StartsInside => "starts-inside",
         }
     }
 }
@@ -109,6 +118,7 @@ impl Session {
     pub fn warnings(&self) -> Vec<Warning> {
         let mut all = self.warnings.opening.clone();
         all.extend(self.warnings.overlaps.warnings.iter().cloned());
+        all.extend(self.unmet_obstacles());
         for (index, (edit, tally)) in self.plan.edits.iter().zip(&self.warnings.tallies).enumerate() {
             let Some((code, message)) = self.warn_edit(index, *tally) else { continue };
             if !all.iter().any(|known| known.code == code && known.place == edit.place) {
@@ -326,9 +336,19 @@ mod tests {
     #[test]
     fn the_name_of_a_code_is_the_one_it_is_written_as() {
         use WarningCode::*;
-        for code in
-            [BodiesMeet, BodiesOverlap, CutsNothing, DoubtfulUnits, FixesNothing, NoForce, MovesNoVertex, OpenBody]
-        {
+        for code in [
+            BodiesMeet,
+            BodiesOverlap,
+            CoarseSheet,
+            CutsNothing,
+            DoubtfulUnits,
+            FixesNothing,
+            MeetsNothing,
+            NoForce,
+            MovesNoVertex,
+            OpenBody,
+            StartsInside,
+        ] {
             assert_eq!(serde_json::to_value(code).unwrap(), code.name());
         }
     }

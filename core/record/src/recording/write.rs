@@ -239,7 +239,7 @@ fn block_head(kind: u8, length: usize) -> [u8; 5] {
     head
 }
 
-/// Models and plugins of the session, with their digests.
+/// Models, obstacles, fields and plugins of the session, with their digests.
 fn files(inputs: &RecordingInputs<'_>) -> io::Result<Vec<RecordedFile>> {
     let RecordingInputs { scene, source, session, mesh, .. } = *inputs;
     let own = scene.body.iter().enumerate().filter_map(|(i, body)| {
@@ -247,7 +247,8 @@ fn files(inputs: &RecordingInputs<'_>) -> io::Result<Vec<RecordedFile>> {
         (i > 0 || mesh.is_none() || path.is_file()).then_some(path)
     });
     // Models first: a replay takes the first of these files for the model of the first body.
-    let read = own.chain(mesh.map(Path::to_path_buf)).chain(session.field_files.iter().cloned());
+    let read = own.chain(mesh.map(Path::to_path_buf));
+    let read = read.chain(session.field_files.iter().chain(&session.obstacle_files).cloned());
     // Device plugins are not needed: limits and poses of devices are in the recording.
     let plugins = session.loaded.iter().filter(|l| l.kind != "device").map(|l| (PathBuf::from(&l.path), true));
     let all = plugins.chain(read.map(|path| (path, false)));

@@ -181,7 +181,7 @@ fn default_cap() -> Spanned<String> {
     Spanned::new(0..0, "cut".into())
 }
 
-fn default_friction() -> Spanned<[f64; 2]> {
+pub(super) fn default_friction() -> Spanned<[f64; 2]> {
     Spanned::new(0..0, [0.35, 0.3])
 }
 

@@ -4,11 +4,13 @@ mod body;
 mod edit;
 mod grid_level;
 mod hand;
+mod obstacle;
 
 pub use body::*;
 pub use edit::*;
 pub use grid_level::GridLevel;
 pub use hand::*;
+pub use obstacle::*;
 
 use super::units::{
     Acceleration, Angle, Damping, Force, ForceRate, Frequency, Length, Mass, Speed, Stiffness, Time, Toughness,
@@ -40,6 +42,9 @@ pub struct Scene {
     /// Bodies, the objects that deform.
     #[serde(default)]
     pub body: Vec<BodyScene>,
+    /// Obstacles, rigid things that bodies meet.
+    #[serde(default)]
+    pub obstacle: Vec<ObstacleScene>,
     /// Devices, which sample hands and render forces.
     #[serde(default)]
     pub device: Vec<DeviceScene>,

@@ -1,0 +1,79 @@
+//! Points of the surface of a solid that contact with obstacles looks at, with the nodes that carry them.
+
+use super::{Lattice, LatticeError};
+use crate::body::{Model, Samples, Skin};
+use pliant_solver::{Nodes, Vec3};
+
+/// Longest edge of the surface, in edges of a cell, up to which its vertices stand for it; where edges are longer, samples do too.
+const FINE: f64 = 0.5;
+
+/// A point of the surface in a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactPoint {
+    /// Nodes at the corners of the cell.
+    pub nodes: [u32; 8],
+    /// Trilinear weights of the nodes; they add up to 1.
+    pub weights: [f64; 8],
+    /// Present position, m.
+    pub position: Vec3,
+}
+
+/// What [`Lattice::visit_contact_points`] reads and updates besides the lattice.
+pub struct ContactSurface<'a> {
+    /// The nodes of the body.
+    pub nodes: &'a Nodes,
+    /// The model.
+    pub model: &'a Model,
+    /// Positions of the vertices; those in the cell are updated.
+    pub skin: &'a mut Skin,
+    /// Samples of the surface.
+    pub samples: &'a Samples,
+}
+
+impl Lattice {
+    /// The active cells that have a part of the surface.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub fn surface_cells(&self, samples: &Samples) -> Result<Vec<u32>, LatticeError> {
+        let mut cells = Vec::new();
+        for cell in 0..self.region.cell_id.len() as u32 {
+            if !self.points(cell)?.is_empty() || !self.samples_of(samples, cell).is_empty() {
+                cells.push(cell);
+            }
+        }
+        Ok(cells)
+    }
+
+    /// Calls `visit` with the vertices in an active cell and, where edges are long or there is no vertex, with its samples. Call
+    /// [`Lattice::forget_jets`] first, after nodes have moved.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub fn visit_contact_points(
+        &mut self,
+        cell: u32,
+        surface: &mut ContactSurface<'_>,
+        mut visit: impl FnMut(ContactPoint),
+    ) -> Result<(), LatticeError> {
+        let ContactSurface { nodes, model, skin, samples } = surface;
+        let corners = self.region.cell_corners[cell as usize];
+        self.embed_cell(cell, nodes, model, skin)?;
+        let first = self.set_weights(cell, model)?;
+        for (i, &v) in self.points(cell)?.iter().enumerate() {
+            visit(ContactPoint { nodes: corners, weights: self.weights[first + i], position: skin.x[v as usize] });
+        }
+        if self.longest_edge(cell) <= FINE * self.edge() && !self.points(cell)?.is_empty() {
+            return Ok(());
+        }
+        let range = self.samples_of(samples, cell);
+        let places = &samples.place[range];
+        let (mut weights, mut positions) = (vec![[0.0; 8]; places.len()], Vec::new());
+        self.weights_in(places, &mut weights)?;
+        self.embed_places(cell, places, &weights, nodes, &mut positions)?;
+        for (weights, position) in weights.into_iter().zip(positions) {
+            visit(ContactPoint { nodes: corners, weights, position });
+        }
+        Ok(())
+    }
+}

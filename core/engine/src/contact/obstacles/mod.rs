@@ -1,0 +1,475 @@
+//! Contact of a body with obstacles by constraints on its nodes.
+//!
+//! A point of the body that would enter an obstacle in a step constrains the nodes that carry it: their velocity along the normal becomes the one
+//! that brings the point onto the surface. On a sheet a point is a vertex and the constraint is exact. In a solid it is a vertex or a sample of the
+//! surface, and the nodes are the corners of its cell: since the weights are positive, no point of the cell enters if no corner comes closer than
+//! its closest point (contact at the nodes of the grid: Bardenhagen, Brackbill and Sulsky 2000). Sticking, sliding and release are those of
+//! fingertips ([`VertexContact`]): the solver computes the constraint force, one that pulls releases, one outside of the friction cone lets slide.
+//! Where two surfaces meet, as in a corner, a node moves along both.
+//!
+//! Points that are inside all the same, because the active set did not settle or a scheme moves before it knows, are moved out after the step.
+
+mod body_contacts;
+mod placed;
+mod points;
+
+pub use body_contacts::BodyContacts;
+pub use placed::PlacedObstacle;
+
+use super::held::{State, VertexContact, is_settled};
+use crate::body::{Body, LatticeError};
+use placed::ContactPlane;
+use pliant_solver::{Constraint, ContactConstraints, System, TrialStep, Vec3};
+use points::{Candidates, Point};
+
+/// Contact of one body with all obstacles.
+#[derive(Default)]
+pub struct ObstacleContacts {
+    /// The obstacles, at the beginning of the substep.
+    obstacles: Vec<PlacedObstacle>,
+    /// Force on each obstacle, N: the mean over the substeps since [`ObstacleContacts::place`].
+    pub force: Vec<Vec3>,
+    /// Energy that friction with each obstacle dissipated since then, J.
+    pub friction_work: Vec<f64>,
+    /// Length of the step in which forces are averaged, s.
+    span: f64,
+    candidates: Candidates,
+    /// Points that may meet an obstacle in this step.
+    points: Vec<Point>,
+    /// Position and gap of each point at the beginning of the substep, m.
+    starts: Vec<(Vec3, f64)>,
+    /// Contacts of this substep; `place_of` has their indices.
+    contacts: Vec<VertexContact>,
+    /// Index of the contact of each node, or [`NONE`] (n).
+    place_of: Vec<u32>,
+    /// Whether a node is held by a fixing (n).
+    fixed: Vec<bool>,
+    /// Contacts of the last substep, nodes ascending.
+    previous: Vec<PreviousContact>,
+    /// Length of the substep, s.
+    dt: f64,
+    /// Distance that counts as contact, m: rounding.
+    tolerance: f64,
+    /// Distance within which a node that was in contact stays in it, m.
+    follow: f64,
+}
+
+/// A contact of the last substep.
+#[derive(Clone, Copy)]
+struct PreviousContact {
+    node: u32,
+    obstacle: usize,
+    /// Friction force, N, if it keeps sliding.
+    friction: Option<Vec3>,
+}
+
+/// Value of `place_of` for a node without contact.
+const NONE: u32 = u32::MAX;
+/// Largest speed at which a point that is inside is pushed out, relative to the obstacle, m/s.
+const MAX_CORRECTION_SPEED: f64 = 0.5;
+/// Depth that counts as rounding, in edges of the body.
+const TOLERANCE: f64 = 1e-7;
+/// Distance within which a contact stays, in edges of the body.
+const FOLLOW: f64 = 1e-4;
+/// Cosine of the angle between two normals above which they count as one.
+const ONE_NORMAL: f64 = 0.95;
+/// Number of times that points which are inside after a step are moved out; one move may bring another point in.
+const MAX_CORRECTIONS: usize = 8;
+
+impl ObstacleContacts {
+    /// Contact with obstacles that [`ObstacleContacts::place`] sets.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Drops all contacts and candidates, as after a change of the body's nodes.
+    pub fn invalidate(&mut self) {
+        self.candidates.invalidate();
+        self.previous.clear();
+    }
+
+    /// Prepares a step of `span` (s) with the obstacles where they are at its beginning. Since the last call body and obstacles have moved by `moved`, and in
+    /// this step they move by up to `reach` (both in m).
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub fn place(
+        &mut self,
+        body: &mut Body,
+        obstacles: impl Iterator<Item = PlacedObstacle>,
+        span: f64,
+        [moved, reach]: [f64; 2],
+    ) -> Result<(), LatticeError> {
+        self.obstacles.clear();
+        self.obstacles.extend(obstacles);
+        self.force.clear();
+        self.force.resize(self.obstacles.len(), Vec3::zeros());
+        self.friction_work.clear();
+        self.friction_work.resize(self.obstacles.len(), 0.0);
+        let edge = body.discretization.edge();
+        (self.span, self.tolerance, self.follow) = (span, TOLERANCE * edge, FOLLOW * edge);
+        self.candidates.find(body, &self.obstacles, moved, reach, &mut self.points)
+    }
+
+    /// Whether any point may meet an obstacle in this step.
+    pub fn is_near(&self) -> bool {
+        !self.points.is_empty()
+    }
+
+    fn previous(&self, node: u32) -> Option<PreviousContact> {
+        self.previous.binary_search_by_key(&node, |last| last.node).ok().map(|at| self.previous[at])
+    }
+
+    fn is_fixed(&self, node: u32) -> bool {
+        self.fixed[node as usize]
+    }
+
+    /// Normal velocity, m/s, that brings a point with this plane onto the surface by the end of the substep.
+    fn target(&self, obstacle: usize, plane: &ContactPlane) -> f64 {
+        let towards = self.obstacles[obstacle].velocity.dot(&plane.normal);
+        (towards - plane.gap / self.dt).min(towards.max(0.0) + MAX_CORRECTION_SPEED)
+    }
+
+    /// Records which nodes are held before any contact constrains them.
+    fn find_fixed(&mut self, system: &System) {
+        self.fixed.clear();
+        self.fixed.extend(system.nodes.constraint.iter().map(|constraint| !constraint.is_free()));
+    }
+
+    /// Brings the nodes of a point into contact. Returns whether any constraint has changed. A node that was released is held again, and stays so for the
+    /// substep.
+    fn hold(&mut self, point: &Point, plane: &ContactPlane, system: &mut System) -> bool {
+        let obstacle = point.obstacle as usize;
+        let target = self.target(obstacle, plane);
+        let mut changed = false;
+        for node in point.constrained() {
+            if self.is_fixed(node) {
+                continue;
+            }
+            let i = node as usize;
+            let place = self.place_of[i];
+            if place == NONE {
+                if !system.nodes.constraint[i].is_free() {
+                    changed |= self.keep_out(i, plane.normal, target, system); // a tip holds it
+                    continue;
+                }
+                let contact = self.new_contact(node, obstacle, plane.normal, target, system);
+                self.place_of[i] = self.contacts.len() as u32;
+                self.constrain(&contact, system);
+                self.contacts.push(contact);
+                changed = true;
+                continue;
+            }
+            let mut contact = self.contacts[place as usize];
+            if join(&mut contact, obstacle, plane.normal, target) {
+                self.constrain(&contact, system);
+                self.contacts[place as usize] = contact;
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    /// Keeps a node that a tip holds out of an obstacle. Returns whether its velocity has changed.
+    fn keep_out(&self, i: usize, normal: Vec3, target: f64, system: &mut System) -> bool {
+        let nodes = &mut system.nodes;
+        let held = nodes.constraint[i].merge(nodes.v[i], nodes.prescribed[i]);
+        let short = target - held.dot(&normal);
+        if short <= self.tolerance / self.dt {
+            return false;
+        }
+        (nodes.constraint[i], nodes.prescribed[i]) = (Constraint::Fixed, held + short * normal);
+        true
+    }
+
+    fn new_contact(&self, node: u32, obstacle: usize, normal: Vec3, target: f64, system: &System) -> VertexContact {
+        let before = self.previous(node).filter(|last| last.obstacle == obstacle);
+        let placed = &self.obstacles[obstacle];
+        let v = system.nodes.v[node as usize];
+        let past = v - placed.velocity;
+        let slip = past - past.dot(&normal) * normal;
+        // A new contact sticks unless it is faster along the surface than friction can stop in the substep.
+        let stops = placed.friction.kinetic_coefficient * (target - v.dot(&normal)).max(0.0);
+        let slides = before.map_or(slip.norm() > stops, |last| last.friction.is_some());
+        VertexContact {
+            node,
+            tips: (obstacle, None),
+            normal,
+            other: Vec3::zeros(),
+            target: [target, 0.0],
+            rebound: 0.0,
+            state: if slides { State::Slides } else { State::Sticks },
+            stuck_before: before.is_some() && !slides,
+            caught: false,
+            friction: before.and_then(|last| last.friction).map_or(Vec3::zeros(), |f| f - f.dot(&normal) * normal),
+            returned: false,
+        }
+    }
+
+    /// Sets the constraint and the prescribed velocity of a node from its contact state.
+    fn constrain(&self, contact: &VertexContact, system: &mut System) {
+        let i = contact.node as usize;
+        let (n, drive) = (contact.normal, self.obstacles[contact.tips.0].velocity);
+        let [a, b] = contact.target;
+        let (constraint, prescribed) = match (contact.state, contact.tips.1) {
+            (State::Free, _) => (Constraint::Free, Vec3::zeros()),
+            (State::Slides, None) => (Constraint::Plane(n), a * n),
+            (State::Sticks, None) => (Constraint::Fixed, drive + (a - drive.dot(&n)) * n),
+            (_, Some(_)) => {
+                // The velocity in the plane of the two normals follows from both normal velocities by their 2 x 2 Gram matrix.
+                let c = n.dot(&contact.other);
+                let determinant = 1.0 - c * c;
+                let velocity = (a - c * b) / determinant * n + (b - c * a) / determinant * contact.other;
+                (Constraint::Line(n.cross(&contact.other).normalize()), velocity)
+            }
+        };
+        (system.nodes.constraint[i], system.nodes.prescribed[i]) = (constraint, prescribed);
+    }
+
+    /// The transition of a contact under a trial step, and whether it is certain.
+    fn transition(
+        &self,
+        contact: &VertexContact,
+        system: &System,
+        trial: &TrialStep<'_>,
+    ) -> Option<(VertexContact, bool)> {
+        let placed = &self.obstacles[contact.tips.0];
+        let Some(second) = contact.tips.1 else {
+            return contact.transition(placed.friction, placed.velocity, system, trial);
+        };
+        if contact.caught {
+            return None;
+        }
+        // Of a node on two planes the one that pulls is dropped.
+        let node = contact.node as usize;
+        let lambda = (trial.reaction)(node);
+        let c = contact.normal.dot(&contact.other);
+        let (p, q) = (lambda.dot(&contact.normal), lambda.dot(&contact.other));
+        let [a, b] = [(p - c * q) / (1.0 - c * c), (q - c * p) / (1.0 - c * c)];
+        if a >= 0.0 && b >= 0.0 {
+            return None;
+        }
+        let (kept, normal, target) = match a >= b {
+            true => (contact.tips.0, contact.normal, contact.target[0]),
+            false => (second, contact.other, contact.target[1]),
+        };
+        let error = trial.error_bound.map_or(0.0, |bound| {
+            bound(system, node, contact.normal)[0].max(bound(system, node, contact.other)[0]) / (1.0 - c * c)
+        });
+        let next = VertexContact { tips: (kept, None), normal, target: [target, 0.0], ..*contact };
+        Some((next, a.min(b) < -2.0 * error))
+    }
+
+    /// Holds the points that a trial step brings into an obstacle. Returns whether there are any.
+    fn hold_entering(&mut self, system: &mut System, velocity: &dyn Fn(&System, usize) -> Vec3) -> bool {
+        let mut changed = false;
+        for at in 0..self.points.len() {
+            let point = self.points[at];
+            let v = point.mean(|i| velocity(system, i));
+            let placed = &self.obstacles[point.obstacle as usize];
+            let way = self.dt * (v - placed.velocity);
+            let (start, gap) = self.starts[at];
+            if gap - way.norm() >= -self.tolerance {
+                continue;
+            }
+            // It must not come deeper than it was.
+            let plane = placed.plane(start, v, self.dt);
+            if plane.gap + plane.normal.dot(&way) < plane.gap.min(0.0) - self.tolerance {
+                changed |= self.hold(&point, &plane, system);
+            }
+        }
+        changed
+    }
+
+    /// Moves the points that are deeper in an obstacle than `allowed` (m, 0 or less, for each point) out, and takes their velocity inwards. Obstacles have
+    /// moved for `since` (s) from their positions. Returns whether there were any.
+    fn move_out(&mut self, system: &mut System, since: f64, allowed: impl Fn(&Self, usize) -> f64) -> bool {
+        let mut moved = false;
+        for _ in 0..MAX_CORRECTIONS {
+            let mut is_done = true;
+            for at in 0..self.points.len() {
+                let point = &self.points[at];
+                let index = point.obstacle as usize;
+                let placed = &self.obstacles[index];
+                let now = placed.nearest(point.position(&system.nodes) - since * placed.velocity);
+                let excess = allowed(self, at) - now.distance;
+                let free = point.carriers().filter(|(node, _)| !self.fixed[*node as usize]);
+                let squares: f64 = free.clone().map(|(_, w)| w * w).sum();
+                if excess <= self.tolerance || squares == 0.0 {
+                    continue;
+                }
+                (is_done, moved) = (false, true);
+                let inwards = (point.mean(|i| system.nodes.v[i]) - placed.velocity).dot(&now.normal).min(0.0);
+                for (node, weight) in free {
+                    let (i, share) = (node as usize, weight / squares);
+                    system.nodes.x[i] += share * excess * now.normal;
+                    system.nodes.v[i] -= share * inwards * now.normal;
+                    self.force[index] += system.nodes.mass[i] / self.span * share * inwards * now.normal;
+                }
+            }
+            if is_done {
+                break;
+            }
+        }
+        moved
+    }
+
+    /// Moves the points of a solid out that its smooth surface has brought into an obstacle in the step: the solver knows the weights of the grid alone.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub fn correct(&mut self, body: &mut Body) -> Result<(), LatticeError> {
+        if body.discretization.sheet().is_some() || self.points.is_empty() {
+            return Ok(());
+        }
+        let deepest = self.starts.iter().fold(0.0, |least: f64, (_, gap)| least.min(*gap));
+        for _ in 0..MAX_CORRECTIONS {
+            self.candidates.list(body, &mut self.points)?;
+            if !self.move_out(&mut body.system, 0.0, |_, _| deepest) {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Adds a plane to the contact of a node. Returns whether the contact has changed.
+fn join(contact: &mut VertexContact, obstacle: usize, normal: Vec3, target: f64) -> bool {
+    let is_one = |other: &Vec3| other.dot(&normal) > ONE_NORMAL;
+    if contact.state == State::Free {
+        (contact.tips, contact.normal, contact.target) = ((obstacle, None), normal, [target, 0.0]);
+        (contact.state, contact.caught, contact.friction) = (State::Slides, true, Vec3::zeros());
+        return true;
+    }
+    // Of nearly parallel planes the one that pushes more counts. Of two planes the normals stay: they might become parallel.
+    if is_one(&contact.normal) {
+        if target <= contact.target[0] {
+            return false;
+        }
+        contact.target[0] = target;
+        if contact.tips.1.is_none() {
+            (contact.tips.0, contact.normal) = (obstacle, normal);
+        }
+        return true;
+    }
+    if contact.tips.1.is_some() {
+        if !is_one(&contact.other) || target <= contact.target[1] {
+            return false; // a third plane is left to the correction after the step
+        }
+        contact.target[1] = target;
+        return true;
+    }
+    if contact.normal.dot(&normal) < -ONE_NORMAL {
+        return false; // squeezed between two obstacles, which leave no room
+    }
+    (contact.tips.1, contact.other, contact.target[1]) = (Some(obstacle), normal, target);
+    (contact.state, contact.friction) = (State::Slides, Vec3::zeros());
+    true
+}
+
+impl ContactConstraints for ObstacleContacts {
+    fn begin(&mut self, system: &mut System, dt: f64) {
+        self.dt = dt;
+        self.contacts.clear();
+        self.place_of.clear();
+        self.place_of.resize(system.nodes.len(), NONE);
+        self.starts.clear();
+        for at in 0..self.points.len() {
+            let point = self.points[at];
+            let placed = &self.obstacles[point.obstacle as usize];
+            let (x, v) = (point.position(&system.nodes), point.mean(|i| system.nodes.v[i]));
+            let start = placed.nearest(x);
+            self.starts.push((x, start.distance));
+            let way = dt * (v - placed.velocity);
+            let plane = match start.distance > way.norm() {
+                true => ContactPlane { normal: start.normal, gap: start.distance },
+                false => placed.plane(x, v, dt),
+            };
+            let enters = plane.gap + plane.normal.dot(&way) < -self.tolerance;
+            let was_here = |node| self.previous(node).is_some_and(|last| last.obstacle == point.obstacle as usize);
+            if enters || (start.distance <= self.follow && point.constrained().all(was_here)) {
+                self.hold(&point, &plane, system);
+            }
+        }
+    }
+
+    fn add_forces(&self, force: &mut [Vec3]) {
+        for contact in self.contacts.iter().filter(|contact| contact.state == State::Slides) {
+            force[contact.node as usize] += contact.friction;
+        }
+    }
+
+    fn update_active_set(&mut self, system: &mut System, trial: &TrialStep<'_>) -> bool {
+        let mut changed = false;
+        for at in 0..self.contacts.len() {
+            if let Some((next, true)) = self.transition(&self.contacts[at], system, trial) {
+                self.contacts[at] = next;
+                self.constrain(&next, system);
+                changed = true;
+            }
+        }
+        (trial.error_bound.is_none() && self.hold_entering(system, trial.velocity)) || changed
+    }
+
+    fn can_stop_early(&self, system: &System, trial: &TrialStep<'_>) -> bool {
+        is_settled(self.contacts.iter().map(|contact| self.transition(contact, system, trial)))
+    }
+
+    fn has_candidates(&self) -> bool {
+        !self.points.is_empty()
+    }
+
+    fn is_active(&self) -> bool {
+        !self.contacts.is_empty()
+    }
+
+    fn end(&mut self, system: &mut System, reaction: &mut [Vec3]) {
+        self.previous.clear();
+        let (dt, share) = (self.dt, self.dt / self.span);
+        for contact in &self.contacts {
+            let i = contact.node as usize;
+            let index = contact.tips.0;
+            let placed = &self.obstacles[index];
+            if contact.state != State::Free {
+                let slides = contact.state == State::Slides;
+                let on_node = reaction[i] + contact.friction;
+                match contact.tips.1 {
+                    None => self.force[index] -= share * on_node,
+                    Some(second) => {
+                        let c = contact.normal.dot(&contact.other);
+                        let (p, q) = (on_node.dot(&contact.normal), on_node.dot(&contact.other));
+                        self.force[index] -= share * (p - c * q) / (1.0 - c * c) * contact.normal;
+                        self.force[second] -= share * (q - c * p) / (1.0 - c * c) * contact.other;
+                    }
+                }
+                let slip = system.nodes.v[i] - placed.velocity;
+                let next_friction =
+                    || contact.next_friction(placed.friction, reaction[i], slip, system.nodes.mass[i], self.dt);
+                let friction = slides.then(next_friction).flatten();
+                self.previous.push(PreviousContact { node: contact.node, obstacle: index, friction });
+                if slides {
+                    self.friction_work[index] -= contact.friction.dot(&slip) * self.dt;
+                    reaction[i] += contact.friction;
+                }
+                // The velocity that moved it out of an obstacle was a correction of its position; it is removed again.
+                for (obstacle, n) in [(Some(index), contact.normal), (contact.tips.1, contact.other)]
+                    .into_iter()
+                    .filter_map(|(o, n)| Some((o?, n)))
+                {
+                    let excess = (system.nodes.v[i] - self.obstacles[obstacle].velocity).dot(&n).max(0.0);
+                    system.nodes.v[i] -= excess * n;
+                    let push = system.nodes.mass[i] * excess / self.dt;
+                    self.force[obstacle] += share * push * n;
+                    reaction[i] -= push * n;
+                }
+            }
+            system.nodes.constraint[i] = Constraint::Free;
+            system.nodes.prescribed[i] = Vec3::zeros();
+        }
+        self.previous.sort_unstable_by_key(|last| last.node);
+        self.move_out(system, dt, |this, at| this.starts[at].1.min(0.0));
+        for placed in &mut self.obstacles {
+            placed.position += self.dt * placed.velocity;
+        }
+    }
+}
