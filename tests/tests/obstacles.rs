@@ -388,7 +388,7 @@ fn wrong_obstacles_are_refused_with_what_is_allowed() {
         ("shape = { kind = \"plane\" }\nmesh = \"open.obj\"", &["`mesh` and `shape`; allowed is one of them"]),
         ("shape = { kind = \"cone\" }", &["`thing`", "`cone`", "`sphere`, `capsule`, `box`, `plane`"]),
         ("shape = { kind = \"sphere\" }", &["`sphere` without `radius`"]),
-        ("shape = { kind = \"plane\" }\nthickness = 0.001", &["`thickness`", "is for a `mesh`"]),
+        ("shape = { kind = \"plane\" }\nscale = 0.001", &["`scale`", "is for a `mesh`"]),
         ("mesh = \"none.obj\"", &["no file", "none.obj"]),
         ("mesh = \"open.obj\"", &["`thing`", "not closed (4 border edges", "`thickness`"]),
         ("mesh = \"line.obj\"\nthickness = 0.001", &["`thing`", "no triangle with an area"]),

@@ -78,7 +78,7 @@ pub struct Probe {
     pub name: String,
     /// Quantity that is read from the session.
     pub quantity: &'static Quantity,
-    /// Index in [`Plan::tools`] or of the body in the scene, depending on the quantity.
+    /// Index in [`Plan::tools`], or of the body or obstacle in the scene, depending on the quantity.
     pub of: usize,
     /// Point to which the measured surface point is the nearest, m.
     pub at: Option<Vec3>,
@@ -283,6 +283,7 @@ impl Plan {
     fn find_probes(&mut self, scene: &Scene, source: &Source) -> Result<(), SceneError> {
         let tools: Vec<&str> = self.tools.iter().map(|&t| scene.tool[t].name.get_ref().as_str()).collect();
         let bodies: Vec<&str> = scene.body.iter().map(|b| b.name.get_ref().as_str()).collect();
+        let obstacles: Vec<&str> = scene.obstacle.iter().map(|o| o.name.get_ref().as_str()).collect();
         for probe in &scene.probe {
             let quantity = Quantity::find(&probe.quantity.get_ref().0).ok_or_else(|| {
                 let known = list(QUANTITIES.iter().map(|quantity| quantity.name));
@@ -292,6 +293,7 @@ impl Plan {
             let (kind, names) = match quantity.subject {
                 Subject::Tool => ("tool in use", &tools),
                 Subject::Body => ("body", &bodies),
+                Subject::Obstacle => ("obstacle", &obstacles),
             };
             let of = match &probe.of {
                 None if names.is_empty() => {

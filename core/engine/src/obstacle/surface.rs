@@ -8,8 +8,8 @@ use std::sync::Arc;
 /// Surface of an obstacle, in axes of its own.
 #[derive(Clone, Debug)]
 pub enum ObstacleSurface {
-    /// A convex shape, of those that tools have.
-    Shape(Arc<dyn Shape>),
+    /// A convex shape, of those that tools have, and the distance from it at which bodies meet it, m.
+    Shape(Arc<dyn Shape>, f64),
     /// A mesh.
     Mesh(Box<MeshSurface>),
 }
@@ -41,8 +41,8 @@ impl ObstacleSurface {
     /// Distance of a point (m) from the surface.
     pub fn nearest(&self, p: Vec3) -> Nearest {
         match self {
-            Self::Shape(shape) => {
-                Nearest { distance: shape.distance(p), normal: shape.normal(p).unwrap_or_else(Vec3::z) }
+            Self::Shape(shape, thickness) => {
+                Nearest { distance: shape.distance(p) - thickness, normal: shape.normal(p).unwrap_or_else(Vec3::z) }
             }
             Self::Mesh(mesh) => mesh.nearest(p),
         }
@@ -51,8 +51,8 @@ impl ObstacleSurface {
     /// Where the path from `start` to `start + way` (m) enters the surface from outside; `None` if it does not.
     pub fn first_hit(&self, start: Vec3, way: Vec3) -> Option<SurfaceHit> {
         match self {
-            Self::Shape(shape) => {
-                let at = shape.first_hit(start, way, 0.0)?;
+            Self::Shape(shape, thickness) => {
+                let at = shape.first_hit(start, way, *thickness)?;
                 Some(SurfaceHit { at, normal: shape.normal(start + at * way).unwrap_or_else(Vec3::z) })
             }
             Self::Mesh(mesh) => trace(mesh, start, way),
@@ -62,7 +62,10 @@ impl ObstacleSurface {
     /// Axis-aligned bounding box: smallest and largest coordinates, m; may be infinite.
     pub fn bounds(&self) -> [Vec3; 2] {
         match self {
-            Self::Shape(shape) => shape.bounds(),
+            Self::Shape(shape, thickness) => {
+                let ([low, high], margin) = (shape.bounds(), Vec3::repeat(*thickness));
+                [low - margin, high + margin]
+            }
             Self::Mesh(mesh) => mesh.bounds(),
         }
     }
@@ -70,7 +73,7 @@ impl ObstacleSurface {
     /// Smallest feature that points of a body must be dense enough for, m; infinite for a plane. Of a mesh it is not known, and the largest extent.
     pub fn feature_size(&self) -> f64 {
         match self {
-            Self::Shape(shape) => shape.feature_size(),
+            Self::Shape(shape, thickness) => shape.feature_size() + thickness,
             Self::Mesh(mesh) => {
                 let [low, high] = mesh.bounds();
                 (high - low).max()

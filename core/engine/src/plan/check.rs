@@ -296,7 +296,6 @@ impl Check<'_> {
                 let of_mesh = [
                     ("size", obstacle.size.as_ref().map(Spanned::span)),
                     ("scale", obstacle.scale.as_ref().map(Spanned::span)),
-                    ("thickness", obstacle.thickness.as_ref().map(Spanned::span)),
                 ];
                 if let Some((key, Some(span))) = of_mesh.into_iter().find(|(_, span)| span.is_some()) {
                     return self

@@ -10,6 +10,7 @@ mod displacement;
 mod elastic_energy;
 mod force;
 mod kinetic_energy;
+mod obstacle_force;
 mod parts;
 mod torque;
 mod volume;
@@ -30,6 +31,7 @@ pub static QUANTITIES: &[&Quantity] = &[
     &volume::VOLUME,
     &cut_area::CUT_AREA,
     &cut_length::CUT_LENGTH,
+    &obstacle_force::OBSTACLE_FORCE,
 ];
 
 /// A quantity that a probe can measure.
@@ -40,7 +42,7 @@ pub struct Quantity {
     pub summary: &'static str,
     /// SI unit of its value, `1` for a count.
     pub unit: &'static str,
-    /// Whether it is measured of a tool or a body.
+    /// Whether it is measured of a tool, a body or an obstacle.
     pub subject: Subject,
     /// Whether energies must be computed for it.
     pub needs_energy: bool,
@@ -61,6 +63,8 @@ pub enum Subject {
     Tool,
     /// A body of the scene.
     Body,
+    /// An obstacle of the scene.
+    Obstacle,
 }
 
 /// The state that a quantity is read from, after a step.
@@ -69,7 +73,7 @@ pub struct Reading<'a> {
     pub session: &'a Session,
     /// The frame of the step.
     pub frame: &'a Frame,
-    /// Index of the tool among those in use, or of the body in the scene.
+    /// Index of the tool among those in use, or of the body or obstacle in the scene.
     pub of: usize,
     /// The vertex nearest to the probe's point; 0 for a probe without one.
     pub vertex: usize,

@@ -78,6 +78,7 @@ impl Opening<'_> {
         let name = scene.name.get_ref().clone();
         let rotation = scene.rotation.as_ref().map(|r| place::rotation(r, self.source)).transpose()?;
         let origin = scene.position.map_or(Vec3::zeros(), |p| p.map(|c| c.si).into());
+        let thickness = scene.thickness.as_ref().map_or(0.0, |t| t.get_ref().si);
         let surface = match (&scene.shape, &scene.mesh) {
             (Some(given), _) => {
                 let of = given.get_ref();
@@ -87,7 +88,7 @@ impl Opening<'_> {
                     size: of.size.map(|size| size.map(|s| s.si)),
                 };
                 let wrong = |text| self.source.error(given.span(), format!("obstacle `{name}`: {text}"));
-                ObstacleSurface::Shape(shape::build(of.kind.get_ref(), &params).map_err(wrong)?)
+                ObstacleSurface::Shape(shape::build(of.kind.get_ref(), &params).map_err(wrong)?, thickness)
             }
             (None, Some(mesh)) => {
                 let key = mesh.get_ref();
@@ -116,7 +117,6 @@ impl Opening<'_> {
                         translation: Vec3::zeros(),
                     },
                 };
-                let thickness = scene.thickness.as_ref().map_or(0.0, |t| t.get_ref().si);
                 let made =
                     MeshSurface::new(&surface.placed(&placement), thickness).map_err(|e| wrong(e.to_string()))?;
                 ObstacleSurface::Mesh(Box::new(made))
@@ -156,7 +156,7 @@ impl Session {
     pub fn obstacle_summaries(&self) -> Vec<ObstacleSummary> {
         let each = self.obstacles.list.iter().map(|obstacle| {
             let triangles = match &*obstacle.surface {
-                ObstacleSurface::Shape(_) => 0,
+                ObstacleSurface::Shape(..) => 0,
                 ObstacleSurface::Mesh(mesh) => mesh.triangles(),
             };
             let (name, surface) = (obstacle.name.clone(), obstacle.kind.clone());

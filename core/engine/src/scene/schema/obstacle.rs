@@ -25,7 +25,7 @@ pub struct ObstacleScene {
     /// Metres per unit of the file, instead of `size` (0.01 if the file is in cm).
     #[schemars(with = "Option<f64>")]
     pub scale: Option<Spanned<f64>>,
-    /// Distance from the mesh at which bodies meet it. A mesh that is not closed needs it and is met from both sides; 0 by default.
+    /// Distance from the surface at which bodies meet it; 0 by default. A mesh that is not closed needs it and is met from both sides.
     #[schemars(with = "Option<Length>")]
     pub thickness: Option<Spanned<Length>>,
     /// Position of the centre of the shape, of the mesh's origin or, with `size`, of the centre of its box.
