@@ -96,6 +96,8 @@ struct ContactPoint {
     multiplier: f64,
     /// Whether it sticks; otherwise it slides.
     sticks: bool,
+    /// Largest friction force, N.
+    friction_limit: f64,
 }
 
 /// Largest distance, in length scales of the tip, between contact points of two steps that are matched.
@@ -156,8 +158,7 @@ impl SoftTip {
         let kinetic_coefficient = self.contacts.iter().filter(|contact| !contact.sticks);
         let lost = kinetic_coefficient.map(|contact| {
             let slip = interpolate_at(&nodes.v, contact.corners, contact.bary) - tip.velocity_at(contact.point);
-            let along = contact.force - contact.force.dot(&contact.normal) * contact.normal;
-            -along.dot(&slip) * dt
+            -contact.friction_at(nodes).dot(&slip) * dt
         });
         lost.sum()
     }
@@ -268,18 +269,12 @@ impl SoftTip {
             }
             let depth = tip.depth(candidate.point, normal);
             let speed = tip.velocity_at(candidate.point);
-            let last = old.map_or(Vec3::zeros(), |contact| contact.force_at(&nodes.x));
             let slip = speed - interpolate_at(&nodes.v, candidate.corners, candidate.bary);
-            // Critical damping for the effective mass at this point. The gain of the multiplier is limited so that this damping keeps it stable.
-            let mass = candidate
-                .corners
-                .iter()
-                .zip(&candidate.bary)
-                .map(|(n, w)| w * w / nodes.mass[*n as usize])
-                .sum::<f64>()
-                .recip();
-            let drag = (k * mass).sqrt();
-            let gain = MULTIPLIER_GAIN.min(0.5 * dt * (k / mass).sqrt());
+            // Critical damping for the effective mass at this point. The gain of the multiplier is limited so that this damping keeps it stable;
+            // where nodes are held it is zero, as what they leave of the depth would be added up for ever.
+            let compliance = normal_compliance(candidate, normal, nodes);
+            let drag = if compliance > 0.0 { (k / compliance).sqrt() } else { 0.0 };
+            let gain = MULTIPLIER_GAIN.min(0.5 * dt * (k * compliance).sqrt());
             let kept = self.method == SoftMethod::AugmentedLagrangian && self.keeps_multipliers;
             let multiplier = if kept { old.map_or(0.0, |contact| contact.multiplier) } else { 0.0 };
             let push = multiplier + k * depth + drag * slip.dot(&normal);
@@ -288,24 +283,30 @@ impl SoftTip {
             }
             let multiplier = (multiplier + gain * k * depth).max(0.0);
             let tangent = |v: Vec3| v - v.dot(&normal) * normal;
-            let friction = tangent(last);
+            let friction = old.map_or(Vec3::zeros(), |contact| tangent(contact.friction_at(nodes)));
             let trial = friction + k * dt * tangent(slip);
             let trial_norm = trial.norm();
             let stuck = old.is_none_or(|contact| contact.sticks);
             let limit = push * if stuck { tip.friction.static_coefficient } else { tip.friction.kinetic_coefficient };
             let sticks = trial_norm <= limit;
-            let tangential = if sticks {
-                friction + k * tangent(drive)
-            } else {
-                trial * tip.friction.kinetic_coefficient * push / trial_norm
-            };
+            let kinetic = tip.friction.kinetic_coefficient * push;
             let projector: Block = std::array::from_fn(|e| normal[e / 3] * normal[e % 3]);
-            let stiffness = if sticks {
-                std::array::from_fn(|e| if e % 4 == 0 { k } else { 0.0 })
+            let tangential_projector: Block =
+                std::array::from_fn(|e| if e % 4 == 0 { 1.0 - projector[e] } else { -projector[e] });
+            let (tangential, stiffness, damping) = if sticks {
+                let all = std::array::from_fn(|e| if e % 4 == 0 { k } else { 0.0 });
+                (friction + k * tangent(drive), all, projector.map(|c| drag * c))
             } else {
-                projector.map(|c| k * c)
+                // Friction follows the slip at the end of the step, as that of a damper: a constant force would turn the slip of a light sheet
+                // around in a step, the more so the longer the step is, and give it energy.
+                let share = kinetic / trial_norm;
+                let along = share * k * dt;
+                (
+                    share * (friction + k * dt * tangent(speed)),
+                    projector.map(|c| k * c),
+                    std::array::from_fn(|e| drag * projector[e] + along * tangential_projector[e]),
+                )
             };
-            let damping = projector.map(|c| drag * c);
             let Candidate { corners, bary, point, .. } = *candidate;
             // `force` is that on a sheet at rest; `damping` adds the part that depends on the velocity of the sheet.
             let at_rest = push + drag * (speed - slip).dot(&normal);
@@ -320,6 +321,7 @@ impl SoftTip {
                 damping,
                 multiplier,
                 sticks,
+                friction_limit: if sticks { limit } else { kinetic },
             });
         }
     }
@@ -342,6 +344,24 @@ impl ContactPoint {
         let moved = interpolate_at(x, self.corners, self.bary) - self.point;
         self.force - matrix3(&self.stiffness) * moved
     }
+
+    /// Friction on the sheet, at most what it may be in the step, N.
+    fn friction_at(&self, nodes: &Nodes) -> Vec3 {
+        let v = interpolate_at(&nodes.v, self.corners, self.bary);
+        let force = self.force_at(&nodes.x) - matrix3(&self.damping) * v;
+        let friction = force - force.dot(&self.normal) * self.normal;
+        let norm = friction.norm();
+        if norm > self.friction_limit { friction * (self.friction_limit / norm) } else { friction }
+    }
+}
+
+/// Inverse of the effective mass of a candidate along `normal`, 1/kg; 0 where its nodes are held.
+fn normal_compliance(candidate: &Candidate, normal: Vec3, nodes: &Nodes) -> f64 {
+    let each = candidate.corners.iter().zip(&candidate.bary).map(|(n, w)| {
+        let node = *n as usize;
+        w * w * nodes.constraint[node].filter(normal).norm_squared() / nodes.mass[node]
+    });
+    each.sum()
 }
 
 /// Interpolates a field at a point of a triangle.
