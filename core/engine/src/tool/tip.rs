@@ -18,32 +18,52 @@ pub struct TipMass {
     pub velocity: Vec3,
     /// Whether a hand drives it now.
     led: bool,
+    /// External force in the last step, N.
+    force: Vec3,
+    /// Displacement in the last step, m.
+    moved: Vec3,
+    /// Change of the external force over that displacement, N/m: the largest of the last steps.
+    secant: f64,
 }
 
 /// Overlap allowed between two tips, as a fraction of their mean radius: the compression of both pulps.
 const PULP: f64 = 0.25;
+/// Share of a secant that is kept from step to step, so that a tip that has left a stiff sheet does not fall onto it at full speed again.
+const SECANT_DECAY: f64 = 0.9;
 
 impl TipMass {
     /// A tip of this mass (kg), which starts at rest at the position of the hand.
     pub fn new(mass: f64) -> Self {
-        Self { mass, position: Vec3::zeros(), velocity: Vec3::zeros(), led: false }
+        let zero = Vec3::zeros();
+        Self { mass, position: zero, velocity: zero, led: false, force: zero, moved: zero, secant: 0.0 }
     }
 
     /// Moves the tip over `dt` (s) towards a hand at `hand` (m) with the velocity `speed` (m/s), under the external `force` (N): backward Euler
     /// with the coupling's spring and a critical damper between tip and hand, which is not part of [`Self::coupling_force`].
+    ///
+    /// `force` is that of the last step. Where it grows with the displacement of the tip so fast that a step with a constant force would be
+    /// unstable, its change is part of the step too, by the secant of the last two.
     pub fn drive_kinematic(&mut self, hand: Vec3, speed: Vec3, coupling: &Coupling, force: Vec3, dt: f64) {
         if !self.led {
             (self.position, self.velocity, self.led) = (hand, speed, true);
+            (self.force, self.moved, self.secant) = (force, Vec3::zeros(), 0.0);
             return;
         }
         let (m, k) = (self.mass, coupling.stiffness);
         let c = 2.0 * (m * k).sqrt();
+        let inertia = m + dt * c + dt * dt * k;
+        let distance = self.moved.norm();
+        let secant = if distance > 0.0 { (force - self.force).norm() / distance } else { 0.0 };
+        self.secant = secant.max(SECANT_DECAY * self.secant);
+        let excess = (dt * dt * self.secant - inertia).max(0.0);
+        (self.force, self.moved) = (force, self.position);
         for i in 0..3 {
             // Towards the position of the hand at the end of the step.
             let pull = k * (hand[i] - self.position[i]) + c * speed[i] + force[i];
-            self.velocity[i] = (m * self.velocity[i] + dt * pull) / (m + dt * c + dt * dt * k);
+            self.velocity[i] = (m * self.velocity[i] + dt * pull) / (inertia + excess);
             self.position[i] += dt * self.velocity[i];
         }
+        self.moved = self.position - self.moved;
     }
 
     /// Marks the hand as absent; the tip starts again at rest where a hand returns.
@@ -96,6 +116,30 @@ mod tests {
             tip.drive_kinematic(hand, Vec3::zeros(), &COUPLING, Vec3::new(-1.0, 0.0, 0.0), 1e-3);
         }
         assert!((tip.coupling_force(hand, &COUPLING)[0] + 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_wall_of_any_stiffness_does_not_throw_a_tip() {
+        for stiffness in [1e1, 1e3, 1e5, 1e7, 1e9] {
+            for mass in [1e-3, 1e-2] {
+                for dt in [1e-4, 1e-3, 3e-2] {
+                    let (mut tip, depth) = (TipMass::new(mass), 5e-3);
+                    let (mut deepest, mut highest) = (0.0_f64, 0.0_f64);
+                    for step in 0..4000 {
+                        // Above the wall at 0, then as deep in it as a hand would be.
+                        let hand = Vec3::new(0.0, 0.0, if step < 2 { 1e-3 } else { -depth });
+                        let wall = Vec3::new(0.0, 0.0, stiffness * (-tip.position[2]).max(0.0));
+                        tip.drive_kinematic(hand, Vec3::zeros(), &COUPLING, wall, dt);
+                        deepest = deepest.min(tip.position[2]);
+                        highest = highest.max(tip.position[2]);
+                    }
+                    let what = format!("{stiffness} N/m, {mass} kg, {dt} s");
+                    assert!(deepest >= -1.01 * depth && highest < 2.0 * depth, "{what}: {deepest} to {highest}");
+                    let rest = -COUPLING.stiffness * depth / (COUPLING.stiffness + stiffness);
+                    assert!((tip.position[2] - rest).abs() < 0.02 * depth, "{what}: {} for {rest}", tip.position[2]);
+                }
+            }
+        }
     }
 
     #[test]
