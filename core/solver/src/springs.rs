@@ -81,6 +81,17 @@ impl NodeSprings {
         each.sum()
     }
 
+    /// Work on nodes whose positions (m) and velocities (m/s) went from `before` to `after`, J: exact for the springs, by the mean velocity for the
+    /// dampers.
+    pub fn work(&self, before: [&[Vec3]; 2], after: [&[Vec3]; 2]) -> f64 {
+        let damped = self.nodes.iter().enumerate().map(|(i, &node)| {
+            let node = node as usize;
+            let (moved, v) = (after[0][node] - before[0][node], 0.5 * (before[1][node] + after[1][node]));
+            moved.dot(&(matrix3(&self.damping[i]) * v))
+        });
+        self.potential(before[0]) - self.potential(after[0]) - damped.sum::<f64>()
+    }
+
     /// Sum of all forces, N.
     pub fn total(&self, x: &[Vec3], v: &[Vec3]) -> Vec3 {
         (0..self.nodes.len()).map(|i| self.load(i, x, Some(v))).sum()

@@ -23,6 +23,8 @@ pub struct SheetTips {
     pub moved: f64,
     /// Energy dissipated by friction in the last step, J.
     pub friction_work: f64,
+    /// Whether a soft tip, which does not constrain, touches the sheet.
+    pub is_pressed: bool,
     /// Vertices near each tip.
     near: Vec<NeighbourList>,
     /// Contacts of this step, nodes ascending.
@@ -255,7 +257,7 @@ impl ContactConstraints for SheetTips {
     }
 
     fn is_active(&self) -> bool {
-        !self.contacts.is_empty()
+        self.is_pressed || !self.contacts.is_empty()
     }
 
     fn end(&mut self, system: &mut System, reaction: &mut [Vec3]) {

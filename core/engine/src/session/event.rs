@@ -31,6 +31,8 @@ pub enum EventKind {
     History,
     /// A solve did not meet its tolerance.
     NotConverged,
+    /// A step of a midpoint rule would have gained energy and was taken with backward Euler.
+    Damped,
     /// More substeps were taken than planned.
     Substeps,
     /// The step is too long to follow a hand well.

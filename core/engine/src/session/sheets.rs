@@ -65,6 +65,8 @@ impl Session {
         tips.tips.clear();
         tips.friction_work = 0.0;
         tips.moved = self.moved[index];
+        tips.is_pressed =
+            self.tools.iter().any(|slot| slot.soft[index].as_ref().is_some_and(|soft| soft.contacts() > 0));
         tips.tips.extend(self.tools.iter().filter_map(|slot| {
             let constrains = slot.soft[index].is_none();
             slot.fingertip(self.clock.dt).map(|tip| Tip { constrains, ..tip })

@@ -253,6 +253,15 @@ impl Session {
             let text = || format!("relative residual {:.2e} after {} iterations", report.residual, report.iterations);
             self.events.add(EventKind::NotConverged, time.start, text);
         }
+        if report.damped_steps > 0 {
+            self.events.add_many(EventKind::Damped, report.damped_steps as u64, time.start, || {
+                format!(
+                    "body `{}`: `{}` would have gained energy here; backward Euler took the step",
+                    self.bodies[index].name,
+                    self.choices.integrator
+                )
+            });
+        }
         frame.substeps = frame.substeps.max(substeps);
         frame.iterations += report.iterations;
         frame.residual = frame.residual.max(report.residual);

@@ -25,7 +25,7 @@ pub trait ContactConstraints {
     }
     /// Whether any node may come into contact in this step. Without candidates the step skips the contact code.
     fn has_candidates(&self) -> bool;
-    /// Whether any node is constrained.
+    /// Whether any node is constrained, or pressed by the springs of a contact.
     fn is_active(&self) -> bool;
     /// Releases all nodes. `reaction` holds the constraint forces of the step, N (n x 3); adds the forces of [`add_forces`](Self::add_forces).
     fn end(&mut self, system: &mut System, reaction: &mut [Vec3]);

@@ -1,8 +1,9 @@
 //! Implicit steps with inertia: Newton's method with an active set of contact constraints.
 
 use super::contact_constraints::{ErrorBound, MAX_ACTIVE_SET_PASSES, TrialStep};
+use super::energy_guard::work;
 use super::right_side::{RightSide, Start};
-use super::scheme::{History, ImplicitCoefficients, Linearisation};
+use super::scheme::{History, ImplicitCoefficients, Linearisation, backward_euler};
 use super::{Integrator, Loads, StepError, StepReport, Substep, add_loads, check, is_finite};
 use crate::algebra::{Vec3, flush_denormals};
 use crate::force_model::ForceError;
@@ -67,10 +68,50 @@ impl Integrator {
         });
         step.contacts.begin(system, dt);
         let history = if step.contacts.is_active() { History::Interrupted } else { self.history };
-        let coefficients = coefficients(dt, history);
+        let mut of_scheme = coefficients(dt, history);
+        // Contacts begin and end with a step; the midpoint rules would extrapolate what they do to a node beyond it.
+        if of_scheme.stage < 1.0 && (step.contacts.is_active() || step.contacts.has_candidates()) {
+            of_scheme = backward_euler::coefficients(dt, History::Interrupted);
+        }
+        let is_guarded = of_scheme.stage < 1.0;
+        let before = if is_guarded { energy(system, step)? } else { 0.0 };
+        self.solve_step(system, step, &of_scheme, report)?;
+        if is_guarded && !self.admits(system, step, before)? {
+            system.nodes.x.copy_from_slice(&self.from[0]);
+            system.nodes.v.copy_from_slice(&self.from[1]);
+            self.pcg.forget();
+            report.damped_steps += 1;
+            self.solve_step(system, step, &backward_euler::coefficients(dt, History::Interrupted), report)?;
+        }
+        std::mem::swap(&mut self.from, &mut self.before);
+        self.history = History::Continuous;
+        report.max_speed = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&self.before[0]))?;
+        step.contacts.end(system, &mut self.reaction);
+        Ok(())
+    }
+
+    /// Whether a step from an energy of `before` (J) to the present state may stand.
+    ///
+    /// # Errors
+    /// Returns the error of the material.
+    fn admits(&mut self, system: &mut System, step: &Substep<'_>, before: f64) -> Result<bool, StepError> {
+        let after = energy(system, step)?;
+        let work = work(step.loads, &system.nodes, &self.reaction, [&self.from[0], &self.from[1]]);
+        Ok(self.energy_guard.admit(before, after, work))
+    }
+
+    /// Newton's method for one step from the state in `self.from`; leaves the nodes at its end.
+    fn solve_step(
+        &mut self,
+        system: &mut System,
+        step: &mut Substep<'_>,
+        coefficients: &ImplicitCoefficients,
+        report: &mut StepReport,
+    ) -> Result<(), StepError> {
+        let (pool, dt) = (step.pool, step.time.dt);
         let mut first = 0.0;
         for index in 0..self.max_newton.max(1) {
-            let iteration = Iteration { coefficients: &coefficients, index };
+            let iteration = Iteration { coefficients, index };
             let residual_norm = match self.newton_step(system, step, &iteration, report) {
                 Err(interrupt @ (StepError::Cancelled | StepError::TimedOut)) => {
                     system.nodes.x.copy_from_slice(&self.from[0]);
@@ -87,10 +128,8 @@ impl Integrator {
                 break;
             }
         }
-        std::mem::swap(&mut self.from, &mut self.before);
-        self.history = History::Continuous;
         let (Nodes { x: x_new, v: v_new, constraint, prescribed, .. }, [x, v], past) =
-            (&mut system.nodes, &self.before, &self.from[0]);
+            (&mut system.nodes, &self.from, &self.before[0]);
         pool.par_chunks((&mut x_new[..], &mut v_new[..]), NODES, &|first, (x_new, v_new)| {
             for (i, (x_new, v_new)) in (first..).zip(x_new.iter_mut().zip(v_new)) {
                 if coefficients.stage < 1.0 {
@@ -103,8 +142,6 @@ impl Integrator {
                 }
             }
         });
-        report.max_speed = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&self.before[0]))?;
-        step.contacts.end(system, &mut self.reaction);
         Ok(())
     }
 
@@ -298,6 +335,14 @@ impl Integrator {
         let x = self.from[0][i];
         (x + dt * p - coefficients.extrapolate(x, self.before[0][i])) / coefficients.effective_dt
     }
+}
+
+/// Kinetic and elastic energy of the present state, J.
+///
+/// # Errors
+/// Returns the error of the material.
+fn energy(system: &mut System, step: &Substep<'_>) -> Result<f64, ForceError> {
+    Ok(system.nodes.kinetic_energy() + system.energy(step.time)?)
 }
 
 /// Adds the stiffness and damping of the tools to the matrix of a step with this effective step size (s).

@@ -5,6 +5,7 @@
 //! coefficients ([`scheme`]).
 
 pub mod contact_constraints;
+mod energy_guard;
 mod explicit;
 mod implicit;
 pub mod limit;
@@ -20,6 +21,7 @@ use super::threads::Pool;
 use crate::force_model::{ForceError, StepTime};
 use crate::interrupts::Interrupts;
 use contact_constraints::{ContactConstraints, NoContacts};
+use energy_guard::EnergyGuard;
 use scheme::{History, Method, Scheme};
 use thiserror::Error;
 
@@ -47,6 +49,8 @@ pub struct StepReport {
     pub max_speed: f64,
     /// Newton iterations.
     pub newton_iterations: usize,
+    /// Steps of a midpoint rule that would have gained energy and were taken with backward Euler.
+    pub damped_steps: usize,
     /// Wall-clock time of element forces and matrix assembly, s.
     pub assembly_seconds: f64,
     /// Wall-clock time of the linear solves, s.
@@ -61,6 +65,7 @@ impl Default for StepReport {
             converged: true,
             max_speed: 0.0,
             newton_iterations: 0,
+            damped_steps: 0,
             assembly_seconds: 0.0,
             solve_seconds: 0.0,
         }
@@ -122,6 +127,7 @@ pub struct Integrator {
     /// Positions and velocities at the beginning of the substep before.
     before: [Vec<Vec3>; 2],
     history: History,
+    energy_guard: EnergyGuard,
     pcg: Pcg,
 }
 
@@ -154,6 +160,7 @@ impl Integrator {
             from: Default::default(),
             before: Default::default(),
             history: History::Interrupted,
+            energy_guard: EnergyGuard::default(),
             pcg: Pcg::default(),
         }
     }
@@ -176,7 +183,7 @@ impl Integrator {
             field.clear();
             field.resize(n, Vec3::zeros());
         }
-        self.history = History::Interrupted;
+        self.forget_history();
         if self.scheme.is_implicit() {
             let [x, v] = &mut self.from;
             let [x_before, v_before] = &mut self.before;
@@ -191,6 +198,7 @@ impl Integrator {
     /// Discards the previous state. Call it after positions or velocities were set from outside.
     pub fn forget_history(&mut self) {
         self.history = History::Interrupted;
+        self.energy_guard.reset();
     }
 
     /// Advances `system` by `time.dt` in `substeps` equal steps, without contacts.

@@ -7,7 +7,7 @@ pub(super) const PROPERTIES: SchemeProperties =
     SchemeProperties { name: "backward-euler", method: Method::Implicit(coefficients), step_limit: unlimited };
 
 /// Coefficients of a step dt (s). One Newton iteration is stable with at least half of the exact stiffness in the matrix.
-pub(super) fn coefficients(dt: f64, _: History) -> ImplicitCoefficients {
+pub(in crate::integrate) fn coefficients(dt: f64, _: History) -> ImplicitCoefficients {
     ImplicitCoefficients {
         effective_dt: dt,
         history: 0.0,

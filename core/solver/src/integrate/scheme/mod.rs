@@ -4,7 +4,7 @@
 //! [`super::explicit`], [`super::implicit`] and [`super::quasi_static`]. A new scheme is a file here, a variant of [`Scheme`] and its line
 //! in `Scheme::properties`.
 
-mod backward_euler;
+pub(super) mod backward_euler;
 mod bdf2;
 mod damped_midpoint;
 mod explicit_euler;
