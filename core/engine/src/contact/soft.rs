@@ -98,6 +98,8 @@ struct ContactPoint {
     sticks: bool,
     /// Largest friction force, N.
     friction_limit: f64,
+    /// Velocity of the tip relative to the sheet along it, at the beginning of the step, m/s.
+    slip: Vec3,
 }
 
 /// Largest distance, in length scales of the tip, between contact points of two steps that are matched.
@@ -269,7 +271,7 @@ impl SoftTip {
             }
             let depth = tip.depth(candidate.point, normal);
             let speed = tip.velocity_at(candidate.point);
-            let slip = speed - interpolate_at(&nodes.v, candidate.corners, candidate.bary);
+            let approach = speed - interpolate_at(&nodes.v, candidate.corners, candidate.bary);
             // Critical damping for the effective mass at this point. The gain of the multiplier is limited so that this damping keeps it stable;
             // where nodes are held it is zero, as what they leave of the depth would be added up for ever.
             let compliance = normal_compliance(candidate, normal, nodes);
@@ -277,14 +279,15 @@ impl SoftTip {
             let gain = MULTIPLIER_GAIN.min(0.5 * dt * (k * compliance).sqrt());
             let kept = self.method == SoftMethod::AugmentedLagrangian && self.keeps_multipliers;
             let multiplier = if kept { old.map_or(0.0, |contact| contact.multiplier) } else { 0.0 };
-            let push = multiplier + k * depth + drag * slip.dot(&normal);
+            let push = multiplier + k * depth + drag * approach.dot(&normal);
             if push <= 0.0 || (old.is_none() && depth <= 0.0) {
                 continue;
             }
             let multiplier = (multiplier + gain * k * depth).max(0.0);
             let tangent = |v: Vec3| v - v.dot(&normal) * normal;
-            let friction = old.map_or(Vec3::zeros(), |contact| tangent(contact.friction_at(nodes)));
-            let trial = friction + k * dt * tangent(slip);
+            let slip = tangent(approach);
+            let friction = old.map_or(Vec3::zeros(), |contact| tangent(contact.last_friction(nodes)));
+            let trial = friction + k * dt * slip;
             let trial_norm = trial.norm();
             let stuck = old.is_none_or(|contact| contact.sticks);
             let limit = push * if stuck { tip.friction.static_coefficient } else { tip.friction.kinetic_coefficient };
@@ -298,8 +301,11 @@ impl SoftTip {
                 (friction + k * tangent(drive), all, projector.map(|c| drag * c))
             } else {
                 // Friction follows the slip at the end of the step, as that of a damper: a constant force would turn the slip of a light sheet
-                // around in a step, the more so the longer the step is, and give it energy.
-                let share = kinetic / trial_norm;
+                // around in a step, the more so the longer the step is, and give it energy. A slip that goes on changing as it did in the last
+                // step meets the force of Coulomb's law.
+                let change = old.map_or(Vec3::zeros(), |contact| slip - tangent(contact.slip));
+                let expected = trial + k * dt * change;
+                let share = kinetic / expected.norm().max(0.5 * trial_norm);
                 let along = share * k * dt;
                 (
                     share * (friction + k * dt * tangent(speed)),
@@ -309,7 +315,7 @@ impl SoftTip {
             };
             let Candidate { corners, bary, point, .. } = *candidate;
             // `force` is that on a sheet at rest; `damping` adds the part that depends on the velocity of the sheet.
-            let at_rest = push + drag * (speed - slip).dot(&normal);
+            let at_rest = push + drag * (speed - approach).dot(&normal);
             let force = tangential + at_rest * normal;
             self.contacts.push(ContactPoint {
                 corners,
@@ -322,6 +328,7 @@ impl SoftTip {
                 multiplier,
                 sticks,
                 friction_limit: if sticks { limit } else { kinetic },
+                slip,
             });
         }
     }
@@ -345,13 +352,19 @@ impl ContactPoint {
         self.force - matrix3(&self.stiffness) * moved
     }
 
-    /// Friction on the sheet, at most what it may be in the step, N.
+    /// Friction on the sheet, N.
     fn friction_at(&self, nodes: &Nodes) -> Vec3 {
         let v = interpolate_at(&nodes.v, self.corners, self.bary);
         let force = self.force_at(&nodes.x) - matrix3(&self.damping) * v;
-        let friction = force - force.dot(&self.normal) * self.normal;
+        force - force.dot(&self.normal) * self.normal
+    }
+
+    /// Friction on the sheet from which the next step goes on, N: of a contact that slides as much as Coulomb's law says.
+    fn last_friction(&self, nodes: &Nodes) -> Vec3 {
+        let friction = self.friction_at(nodes);
         let norm = friction.norm();
-        if norm > self.friction_limit { friction * (self.friction_limit / norm) } else { friction }
+        let is_limited = norm > self.friction_limit || (!self.sticks && norm > 0.0);
+        if is_limited { friction * (self.friction_limit / norm) } else { friction }
     }
 }
 

@@ -9,33 +9,35 @@ use super::Loads;
 use crate::algebra::Vec3;
 use crate::nodes::Nodes;
 
-/// Largest balance of the account, as a fraction of the energy of the body and of the work of the step: the midpoint rule swings about the true
-/// energy by terms of second order in the step.
+/// Most that steps may gain together, as a fraction of the largest energy so far: the midpoint rule swings about the true energy by terms of
+/// second order in the step.
 const ALLOWANCE: f64 = 0.02;
 
 /// The account.
 #[derive(Debug, Default)]
 pub(super) struct EnergyGuard {
-    /// Energy that steps may still gain, J; `None` before the first step.
-    left: Option<f64>,
+    /// What steps have gained together beyond the work of the loads, J; losses pay back.
+    gained: f64,
+    /// Largest energy and work of a step so far, J.
+    scale: f64,
 }
 
 impl EnergyGuard {
     /// Forgets what was gained, as after a change of the state from outside.
     pub fn reset(&mut self) {
-        self.left = None;
+        *self = Self::default();
     }
 
     /// Enters a step that took the energy (kinetic and elastic, J) from `before` to `after` under loads that did the `work` (J). Returns whether
     /// the step may stand; otherwise nothing is entered.
     pub fn admit(&mut self, before: f64, after: f64, work: f64) -> bool {
-        let most = ALLOWANCE * (before.abs() + work.abs());
-        let left = self.left.unwrap_or(most).min(most) - (after - before - work);
-        if !(left >= 0.0) {
-            return false;
+        let scale = self.scale.max(before.abs()).max(work.abs());
+        let gained = self.gained + (after - before - work);
+        let stands = gained <= ALLOWANCE * scale;
+        if stands {
+            (self.gained, self.scale) = (gained.max(-ALLOWANCE * scale), scale);
         }
-        self.left = Some(left.min(most));
-        true
+        stands
     }
 }
 
