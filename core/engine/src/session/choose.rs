@@ -123,9 +123,13 @@ impl Session {
         let solver = &scene.solver;
         let (tolerance, most) = (*solver.tolerance.get_ref(), *solver.iterations.get_ref() as usize);
         self.integrators = self.bodies.iter().map(|_| Integrator::new(scheme, tolerance, most)).collect();
-        for (integrator, body) in self.integrators.iter_mut().zip(&self.bodies) {
+        for ((integrator, body), found) in self.integrators.iter_mut().zip(&self.bodies).zip(&self.limits.frequencies) {
             integrator.max_newton =
                 scene.solver.newton.as_ref().map_or(integrator.max_newton, |n| *n.get_ref() as usize);
+            // A node that moves by d across an edge of length e stretches it by d^2 / 2 e^2 before the next linearisation. That is more energy than its
+            // motion has where d / e times step times frequency is about 3; from a third of it on a step is looked at.
+            integrator.guarded_speed =
+                body.discretization.edge() / (self.clock.dt * (self.clock.dt * found.stiffness).max(1.0));
             integrator.newton_tolerance = *scene.solver.newton_tolerance.get_ref();
             integrator.max_displacement = 0.5 * body.discretization.edge();
             integrator.resize(body.system.nodes.len());

@@ -31,8 +31,8 @@ pub enum EventKind {
     History,
     /// A solve did not meet its tolerance.
     NotConverged,
-    /// A step of a midpoint rule would have gained energy and was taken with backward Euler.
-    Damped,
+    /// An implicit step would have gained energy and was taken again, with backward Euler and more Newton iterations.
+    RepeatedStep,
     /// More substeps were taken than planned.
     Substeps,
     /// The step is too long to follow a hand well.

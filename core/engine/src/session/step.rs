@@ -253,15 +253,13 @@ impl Session {
             let text = || format!("relative residual {:.2e} after {} iterations", report.residual, report.iterations);
             self.events.add(EventKind::NotConverged, time.start, text);
         }
-        if report.damped_steps > 0 {
-            self.events.add_many(EventKind::Damped, report.damped_steps as u64, time.start, || {
-                format!(
-                    "body `{}`: `{}` would have gained energy here; backward Euler took the step",
-                    self.bodies[index].name,
-                    self.choices.integrator
-                )
-            });
-        }
+        let repeated = report.repeated_steps as u64;
+        self.events.add_many(EventKind::RepeatedStep, repeated, time.start, || {
+            format!(
+                "body `{}`: a step of {} s is long for its forces and would have gained energy; it was taken again with more Newton iterations",
+                self.bodies[index].name, self.clock.dt
+            )
+        });
         frame.substeps = frame.substeps.max(substeps);
         frame.iterations += report.iterations;
         frame.residual = frame.residual.max(report.residual);

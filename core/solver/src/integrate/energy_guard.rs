@@ -1,9 +1,9 @@
-//! A guard over the energy of schemes that damp nothing.
+//! A guard over the energy of implicit steps.
 //!
-//! The midpoint rules keep the energy of linear forces. Those of a body are not linear, and one Newton iteration does not solve them, so a step
-//! that is long for the forces may give a body energy, and many such steps give it any amount. So what a step gains beyond the work of its
-//! loads is taken from an account, as a passivity observer does for a device (Hannaford and Ryu 2002). A step that would overdraw the account
-//! is taken again with backward Euler.
+//! Forces of a body are not linear, and one Newton iteration does not solve them, so a step that is long for the forces may give a body energy,
+//! and many such steps of a midpoint rule give it any amount. So what steps gain beyond the work of their loads is added up, as a passivity
+//! observer does for a device (Hannaford and Ryu 2002), and a step that would bring the sum too high is taken again with backward Euler and more
+//! Newton iterations.
 
 use super::Loads;
 use crate::algebra::Vec3;
@@ -41,15 +41,15 @@ impl EnergyGuard {
     }
 }
 
-/// Work of the loads and of the constraint forces `reaction` (N, n x 3) on nodes that came from the positions `x` (m) and the velocities `v`
-/// (m/s) to where they are, J.
-pub(super) fn work(loads: &Loads<'_>, nodes: &Nodes, reaction: &[Vec3], [x, v]: [&[Vec3]; 2]) -> f64 {
+/// Work of the loads and of the contacts' and fixings' forces `held` (N, n x 3) on nodes that came from the positions `x` (m) and the velocities
+/// `v` (m/s) to where they are, J.
+pub(super) fn work(loads: &Loads<'_>, nodes: &Nodes, held: &[Vec3], [x, v]: [&[Vec3]; 2]) -> f64 {
     let moved = |i: usize| nodes.x[i] - x[i];
     let weight: f64 = (0..nodes.len()).map(|i| nodes.mass[i] * loads.gravity.dot(&moved(i))).sum();
     let forces: f64 = loads.forces.iter().enumerate().map(|(i, f)| f.dot(&moved(i))).sum();
-    let constraints: f64 = reaction.iter().enumerate().map(|(i, f)| f.dot(&moved(i))).sum();
+    let held: f64 = held.iter().enumerate().map(|(i, f)| f.dot(&moved(i))).sum();
     let tools = loads.tools.iter().map(|springs| springs.work([x, v], [&nodes.x, &nodes.v]));
-    weight + forces + constraints + tools.sum::<f64>()
+    weight + forces + held + tools.sum::<f64>()
 }
 
 #[cfg(test)]

@@ -20,6 +20,8 @@ use std::time::Instant;
 
 /// Relative tolerance of a solve above which hinge moments may be computed in single precision (six digits).
 const SIX_DIGIT_TOLERANCE: f64 = 1e-5;
+/// Newton iterations, at most, of a step that is taken again: it is long for the forces.
+const REPEATED_NEWTON: usize = 8;
 /// Largest number of solves that are stopped early for a change of the active set, in one Newton iteration.
 const MAX_EARLY_STOPS: usize = 8;
 
@@ -73,44 +75,64 @@ impl Integrator {
         if of_scheme.stage < 1.0 && (step.contacts.is_active() || step.contacts.has_candidates()) {
             of_scheme = backward_euler::coefficients(dt, History::Interrupted);
         }
-        let is_guarded = of_scheme.stage < 1.0;
-        let before = if is_guarded { energy(system, step)? } else { 0.0 };
-        self.solve_step(system, step, &of_scheme, report)?;
-        if is_guarded && !self.admits(system, step, before)? {
+        self.solve_step(system, step, &of_scheme, self.max_newton, report)?;
+        let mut fastest = self.check_velocities(system)?;
+        let is_exact = of_scheme.stage == 1.0 && of_scheme.history == 0.0 && fastest < self.guarded_speed;
+        if !is_exact && !self.admits(system, step)? {
             system.nodes.x.copy_from_slice(&self.from[0]);
             system.nodes.v.copy_from_slice(&self.from[1]);
             self.pcg.forget();
-            report.damped_steps += 1;
-            self.solve_step(system, step, &backward_euler::coefficients(dt, History::Interrupted), report)?;
+            report.repeated_steps += 1;
+            let damped = backward_euler::coefficients(dt, History::Interrupted);
+            self.solve_step(system, step, &damped, self.max_newton.max(REPEATED_NEWTON), report)?;
+            fastest = self.check_velocities(system)?;
         }
+        report.max_speed = fastest;
         std::mem::swap(&mut self.from, &mut self.before);
         self.history = History::Continuous;
-        report.max_speed = check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&self.before[0]))?;
         step.contacts.end(system, &mut self.reaction);
         Ok(())
     }
 
-    /// Whether a step from an energy of `before` (J) to the present state may stand.
+    /// The largest speed of a node, m/s.
+    ///
+    /// # Errors
+    /// [`StepError::Diverged`] if a velocity is not finite; positions are then those before the step.
+    fn check_velocities(&self, system: &mut System) -> Result<f64, StepError> {
+        check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&self.from[0]))
+    }
+
+    /// Whether the step to the present state may stand.
     ///
     /// # Errors
     /// Returns the error of the material.
-    fn admits(&mut self, system: &mut System, step: &Substep<'_>, before: f64) -> Result<bool, StepError> {
+    fn admits(&mut self, system: &mut System, step: &Substep<'_>) -> Result<bool, StepError> {
         let after = energy(system, step)?;
-        let work = work(step.loads, &system.nodes, &self.reaction, [&self.from[0], &self.from[1]]);
-        Ok(self.energy_guard.admit(before, after, work))
+        self.z.copy_from_slice(&self.reaction);
+        step.contacts.add_forces(&mut self.z);
+        let work = work(step.loads, &system.nodes, &self.z, [&self.from[0], &self.from[1]]);
+        let mut swap = |system: &mut System| {
+            std::mem::swap(&mut system.nodes.x, &mut self.from[0]);
+            std::mem::swap(&mut system.nodes.v, &mut self.from[1]);
+        };
+        swap(system);
+        let before = energy(system, step);
+        swap(system);
+        Ok(self.energy_guard.admit(before?, after, work))
     }
 
-    /// Newton's method for one step from the state in `self.from`; leaves the nodes at its end.
+    /// Newton's method, of `max_newton` iterations at most, for one step from the state in `self.from`; leaves the nodes at its end.
     fn solve_step(
         &mut self,
         system: &mut System,
         step: &mut Substep<'_>,
         coefficients: &ImplicitCoefficients,
+        max_newton: usize,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
         let (pool, dt) = (step.pool, step.time.dt);
         let mut first = 0.0;
-        for index in 0..self.max_newton.max(1) {
+        for index in 0..max_newton.max(1) {
             let iteration = Iteration { coefficients, index };
             let residual_norm = match self.newton_step(system, step, &iteration, report) {
                 Err(interrupt @ (StepError::Cancelled | StepError::TimedOut)) => {

@@ -49,8 +49,8 @@ pub struct StepReport {
     pub max_speed: f64,
     /// Newton iterations.
     pub newton_iterations: usize,
-    /// Steps of a midpoint rule that would have gained energy and were taken with backward Euler.
-    pub damped_steps: usize,
+    /// Implicit steps that would have gained energy and were taken again, with backward Euler and more Newton iterations.
+    pub repeated_steps: usize,
     /// Wall-clock time of element forces and matrix assembly, s.
     pub assembly_seconds: f64,
     /// Wall-clock time of the linear solves, s.
@@ -65,7 +65,7 @@ impl Default for StepReport {
             converged: true,
             max_speed: 0.0,
             newton_iterations: 0,
-            damped_steps: 0,
+            repeated_steps: 0,
             assembly_seconds: 0.0,
             solve_seconds: 0.0,
         }
@@ -106,6 +106,8 @@ pub struct Integrator {
     pub newton_tolerance: f64,
     /// Largest displacement of a node in one Newton iteration of a quasi-static step, m.
     pub max_displacement: f64,
+    /// Speed of a node, m/s, from which on a step of backward Euler may not gain energy either; the other implicit schemes may not at any speed.
+    pub guarded_speed: f64,
     /// What ends a step before it is done.
     pub interrupts: Interrupts,
     /// Constraint force on each node in the last step, N (n x 3).
@@ -149,6 +151,7 @@ impl Integrator {
             max_newton: if scheme == Scheme::QuasiStatic { 200 } else { 1 },
             newton_tolerance: 1e-6,
             max_displacement: f64::INFINITY,
+            guarded_speed: f64::INFINITY,
             interrupts: Interrupts::default(),
             reaction: Vec::new(),
             force: Vec::new(),
