@@ -27,6 +27,8 @@ REGION_SHARE = 0.35
 REGION_CELLS = 5.0
 # Cells around a pinned vertex whose nodes are held: the diagonal of a cell, so that all corners of the one the vertex is in are among them.
 PIN_CELLS = 3.0**0.5
+# Distance at which an obstacle is met that is not closed and has no inside, over the size of the mesh.
+THICKNESS_SHARE = 5e-3
 # s, in which a force may rise to its peak.
 RISE = 5e-3
 # s, the longest way of a hand in a frame, as time.
@@ -92,14 +94,24 @@ class MeshArrays:
 
     def is_open(self) -> bool:
         """Whether a loop of border edges is longer than the mesh: then one sees that nothing is inside, and it is cloth."""
-        after = np.roll(self.corners, -1)
-        last = np.cumsum(self.counts) - 1
-        after[last] = self.corners[last - self.counts + 1]
-        low, high = np.minimum(self.corners, after), np.maximum(self.corners, after)
+        low, high, _ = self._sides()
         edges, sides = np.unique(low * len(self.vertices) + high, return_counts=True)
         low, high = np.divmod(edges[sides == 1], len(self.vertices))
         lengths = np.linalg.norm(self.vertices[low] - self.vertices[high], axis=1)
         return any(length > self.size() for length in _loop_lengths(low.tolist(), high.tolist(), lengths.tolist()))
+
+    def is_closed(self) -> bool:
+        """Whether each edge has two faces, which are seen from the same side."""
+        low, high, is_upward = self._sides()
+        _, edge, sides = np.unique(low * len(self.vertices) + high, return_inverse=True, return_counts=True)
+        return bool((sides == 2).all() and (np.bincount(edge, weights=is_upward) == 1).all())
+
+    def _sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """For each side of a face: the lower and the higher of its vertices, and whether it leads from the lower to the higher."""
+        after = np.roll(self.corners, -1)
+        last = np.cumsum(self.counts) - 1
+        after[last] = self.corners[last - self.counts + 1]
+        return np.minimum(self.corners, after), np.maximum(self.corners, after), self.corners < after
 
     def has_faces_of(self, other: MeshArrays) -> bool:
         """Whether both have the same faces of as many vertices."""
@@ -108,6 +120,22 @@ class MeshArrays:
             and np.array_equal(self.counts, other.counts)
             and np.array_equal(self.corners, other.corners)
         )
+
+    def is_same(self, other: MeshArrays) -> bool:
+        """Whether both have the same faces and places."""
+        return self.has_faces_of(other) and np.array_equal(self.vertices, other.vertices)
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A mesh that the edited one meets and that does not move."""
+
+    name: str
+    mesh: MeshArrays
+
+    def is_same(self, other: Obstacle) -> bool:
+        """Whether both are the same mesh in the same place."""
+        return self.name == other.name and self.mesh.is_same(other.mesh)
 
 
 def _loop_lengths(starts: list[int], ends: list[int], lengths: list[float]) -> list[float]:
@@ -133,8 +161,8 @@ def edit_kinds() -> dict[str, str]:
     return {name: text for name, text in pliant.edit_kinds().items() if name not in ("undo", "redo")}
 
 
-def scene_of(mesh: MeshArrays, settings: Settings) -> pliant.Scene:
-    """The scene of a mesh: one body and one hand, with a button for each edit kind."""
+def scene_of(mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ...] = ()) -> pliant.Scene:
+    """The scene of a mesh: one body and one hand, with a button for each edit kind, and obstacles."""
     size, radius = mesh.size(), settings.radius
     scene = pliant.Scene()
     scene.output(energy=False)
@@ -156,6 +184,9 @@ def scene_of(mesh: MeshArrays, settings: Settings) -> pliant.Scene:
         grid = {"level": settings.level, "radius": min(REGION_SHARE * size, REGION_CELLS * cell)}
         scene.body(BODY, mesh=mesh.vertices, faces=faces, material=material, grid=grid, fixed=fixed, fields=fields)
         stiffness = COUPLING_SHARE * 2.0 * settings.young * radius
+    for obstacle in obstacles:
+        keys = {} if obstacle.mesh.is_closed() else {"thickness": THICKNESS_SHARE * size}
+        scene.obstacle(obstacle.name, mesh=obstacle.mesh.vertices, faces=obstacle.mesh.faces(), **keys)
     peak = PEAK_SHARE * stiffness * radius
     scene.hand(TOOL, peak_force=float(np.clip(peak, 1e-3, 1e4)), stiffness=float(np.clip(4 * stiffness, 1e-3, 1e6)))
     tool = {"stiffness": stiffness, "speed": SPEED * size, "slew": peak / RISE, "blade": {"length": 4.0 * size}}
@@ -188,11 +219,13 @@ class MeshEdit:
         The mesh.
     settings : Settings
         What it is made of, and the tool.
+    obstacles : tuple of Obstacle
+        What it meets besides the tool.
     """
 
-    def __init__(self, mesh: MeshArrays, settings: Settings) -> None:
-        self.mesh, self.settings = mesh, settings
-        self.scene = scene_of(mesh, settings)
+    def __init__(self, mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ...] = ()) -> None:
+        self.mesh, self.settings, self.obstacles = mesh, settings, obstacles
+        self.scene = scene_of(mesh, settings, obstacles)
         with without_console():
             self.session = pliant.Session(self.scene, history=True)
         self._buttons = {kind: button for button, kind in enumerate(edit_kinds())}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from .editing import MeshArrays
+from .editing import MeshArrays, Obstacle
 
 
 def to_scene_matrix(obj: bpy.types.Object) -> np.ndarray:
@@ -63,9 +63,36 @@ def _vertices(mesh: bpy.types.Mesh, method: str, flat: np.ndarray) -> None:
 
 def read_mesh(obj: bpy.types.Object) -> MeshArrays:
     """The base mesh of an object in metres of the scene."""
-    mesh = obj.data
-    matrix = to_scene_matrix(obj)
-    vertices = transformed(matrix, coordinates(obj).astype(np.float64))
+    return _arrays(obj.data, coordinates(obj), to_scene_matrix(obj))
+
+
+def read_obstacles(name: str) -> tuple[Obstacle, ...]:
+    """The selected mesh objects other than the one with this name, with their modifiers, in metres of the scene; those without faces are left out."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    obstacles: dict[str, Obstacle] = {}
+    for obj in bpy.context.view_layer.objects.selected:
+        if obj.type != "MESH" or obj.name == name:
+            continue
+        evaluated = obj.evaluated_get(depsgraph)
+        mesh = evaluated.to_mesh()
+        try:
+            if len(mesh.polygons):
+                flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+                _vertices(mesh, "foreach_get", flat)
+                arrays = _arrays(mesh, flat.reshape(-1, 3), to_scene_matrix(obj))
+                # A scene does not allow all the characters that Blender does.
+                of_scene = "".join("_" if c in '/\\,"' or not c.isprintable() else c for c in obj.name)
+                while of_scene in obstacles:
+                    of_scene += "_"
+                obstacles[of_scene] = Obstacle(of_scene, arrays)
+        finally:
+            evaluated.to_mesh_clear()
+    return tuple(obstacles.values())
+
+
+def _arrays(mesh: bpy.types.Mesh, places: np.ndarray, matrix: np.ndarray) -> MeshArrays:
+    """A mesh with its vertices at `places` (n x 3) of its own axes, through a map (4 x 4) to the scene."""
+    vertices = transformed(matrix, places.astype(np.float64))
     corners = np.empty(len(mesh.loops), dtype=np.int32)
     mesh.loops.foreach_get("vertex_index", corners)
     counts = np.empty(len(mesh.polygons), dtype=np.int32)

@@ -7,7 +7,7 @@ import numpy as np
 import pliant
 
 from . import bake, mesh_io, topology
-from .editing import MeshArrays, MeshEdit, Settings
+from .editing import MeshArrays, MeshEdit, Obstacle, Settings
 from .gesture import Hit, Ray
 from .panel_settings import settings_of
 
@@ -62,15 +62,21 @@ class Editing:
         is_same = known and np.array_equal(inverse, self._inverse) and self._has_places_of(mesh)
         # Sizes are relative to the mesh when its session was opened: a stroke may change it.
         settings = settings_of(obj, self._edit.mesh if is_same else mesh, self._is_open, self._warnings)
-        if is_same and settings == self._settings:
+        obstacles = mesh_io.read_obstacles(self.name)
+        if is_same and settings == self._settings and self._has_obstacles(obstacles):
             self._seen = self._edit.surface()
             return
         self.close()
-        self._edit = MeshEdit(mesh, settings)
+        self._edit = MeshEdit(mesh, settings, obstacles)
         self._warnings += [f"[{warning.code}] {warning.args[0]}" for warning in self._edit.warnings()]
         self._settings, self._inverse = settings, inverse
         self._seen = self._edit.surface()
         self._frame = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+
+    def _has_obstacles(self, obstacles: tuple[Obstacle, ...]) -> bool:
+        """Whether the session has these obstacles."""
+        known = self._edit.obstacles
+        return len(known) == len(obstacles) and all(a.is_same(b) for a, b in zip(known, obstacles, strict=True))
 
     def _has_places_of(self, mesh: MeshArrays) -> bool:
         """Whether the vertices of the session are where those of a mesh are, which Blender rounds to single precision."""

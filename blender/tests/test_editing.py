@@ -414,3 +414,34 @@ def test_a_stroke_that_changes_the_size_of_the_mesh_is_followed_by_another_in_th
     stroke(empty, editing, "touch", [(-0.05, 0.0)], frames=10)
     assert len(editing.edit.recording().strokes) == 2
     editing.close()
+
+
+def test_selected_objects_are_obstacles_and_hold_what_is_pulled(empty):
+    obj = add_grid_cube()
+    # A plate beside the cube, 10 mm from its side: scaled and turned, with a modifier that makes it solid.
+    bpy.ops.mesh.primitive_plane_add(size=1.0, location=(0.11, 0.0, 0.0), rotation=(0.0, np.pi / 2, 0.0), scale=(0.4, 0.4, 1.0))
+    plate = bpy.context.active_object
+    plate.name = "plate, /the"
+    plate.modifiers.new("thick", "SOLIDIFY").thickness = 0.004
+    bpy.ops.object.transform_apply(location=False, rotation=False, scale=True)
+    bpy.context.view_layer.objects.active = obj
+
+    def pulled(is_selected):
+        plate.select_set(is_selected)
+        obj.select_set(True)
+        before = coordinates(obj)
+        editing = empty.mode.Editing(obj)
+        stroke(empty, editing, "pull", [(0.08, 0.0), (0.12, 0.0), (0.16, 0.0)], frames=15)
+        names = [obstacle.name for obstacle in editing.edit.obstacles]
+        closed = [obstacle.mesh.is_closed() for obstacle in editing.edit.obstacles]
+        after = coordinates(obj)
+        editing.close()
+        empty.mesh_io.set_coordinates(obj, before)
+        return after, names, closed
+
+    free, names, _ = pulled(False)
+    assert not names
+    held, names, closed = pulled(True)
+    assert names == ["plate_ _the"] and closed == [True]
+    assert free[:, 0].max() > 0.112, "without the obstacle the side is drawn out"
+    assert held[:, 0].max() < 0.112, "with it, it stays before the plate"

@@ -155,6 +155,49 @@ class Scene:
             keys["field"] = [*keys.get("field", []), *self._field_entries(name, fields, count)]
         self._append("body", body | keys)
 
+    def obstacle(
+        self,
+        name: str,
+        *,
+        mesh: str | os.PathLike[str] | ArrayLike | None = None,
+        faces: ArrayLike | Sequence[Sequence[int]] | None = None,
+        **keys: Any,
+    ) -> None:
+        """Add an obstacle: a rigid thing that bodies meet and that feels nothing. Tools pass through it.
+
+        Parameters
+        ----------
+        name : str
+            Its name, for messages and :attr:`Result.probes`.
+        mesh : path or array_like, optional
+            An OBJ file, or vertices (n x 3) in metres (or units of `scale`). An obstacle without a mesh needs a `shape`.
+        faces : array_like or sequence of sequences, optional
+            Vertices of the faces, as of :meth:`body`. Needed where `mesh` are vertices.
+        **keys
+            Other keys of ``[[obstacle]]``: ``shape``, ``size``, ``scale``, ``thickness``, ``position``, ``rotation``, ``friction``, ``path``. A
+            mesh that is not closed needs a ``thickness``.
+
+        Examples
+        --------
+        A floor:
+
+        >>> import pliant
+        >>> scene = pliant.Scene()
+        >>> scene.body("cube", shape={"kind": "box", "size": [0.1, 0.1, 0.1]}, position=[0, 0, 0.06], material="mass-spring")
+        >>> scene.obstacle("floor", shape={"kind": "plane"}, friction=[0.6, 0.5])
+        >>> scene.check()
+        """
+        obstacle: dict[str, Any] = {"name": name}
+        if isinstance(mesh, (str, os.PathLike)):
+            obstacle["mesh"] = os.fspath(mesh)
+        elif mesh is not None:
+            if faces is None:
+                raise PliantError(f"obstacle `{name}`: vertices without `faces`; allowed are both, or a file")
+            file = f"obstacle-{name}.obj"
+            self._meshes[file] = _obj_text(name, mesh, faces, None)
+            obstacle["mesh"] = file
+        self._append("obstacle", obstacle | _kebab(keys))
+
     def hand(
         self,
         name: str = "hand",

@@ -231,3 +231,28 @@ def test_plugins_are_found_wherever_the_program_is(tmp_path):
     code = "import pliant; print(sorted({p.path.rsplit('/', 2)[0].rsplit('/', 1)[1] for p in pliant.plugins()}))"
     output = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert output.stdout.strip() == "['pliant']"
+
+
+def test_an_obstacle_of_arrays_carries_a_block():
+    vertices, faces = block()
+    low = vertices[:, 2].min()
+    scene = pliant.Scene()
+    scene.gravity(0, 0, -9.81)
+    scene.time(dt=1e-3, integrator="backward-euler", duration=0.3)
+    scene.body("block", mesh=vertices, faces=faces, material=pliant.Material("neo-hookean", young="50 kPa", damping_time=0.01),
+               grid={"level": 3, "region": "whole"})
+    plate = np.array([[-1.0, -1, low - 1e-4], [1, -1, low - 1e-4], [1, 1, low - 1e-4], [-1, 1, low - 1e-4]])
+    with pytest.raises(pliant.PliantError, match="obstacle `plate`: vertices without `faces`"):
+        scene.obstacle("plate", mesh=plate)
+    scene.obstacle("plate", mesh=plate, faces=[[0, 1, 2, 3]], thickness=1e-5, friction=[0.5, 0.4])
+    scene.probe("carried", "obstacle-force", of="plate")
+    result = pliant.run(scene)
+    assert result.meshes["block"].vertices[:, 2].min() > low - 1e-4, "it did not fall through"
+    assert result.probes["carried"].value > 0
+    without = pliant.Scene(scene.to_dict())
+    without._meshes = scene._meshes
+    data = without.to_dict()
+    del data["obstacle"], data["probe"]
+    fallen = pliant.Scene(data)
+    fallen._meshes = scene._meshes
+    assert pliant.run(fallen).meshes["block"].vertices[:, 2].min() < low - 0.3, "without it, it falls"

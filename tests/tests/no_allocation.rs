@@ -55,6 +55,24 @@ kind = "touch"
 tool = "finger"
 "#;
 
+/// A block that rests on a floor and leans on a ball.
+const ON_FLOOR: &str = r#"
+format = 1
+gravity = [1, 0, -9.81]
+[[body]]
+shape = { kind = "box", cells = 6, size = [0.06, 0.06, 0.06] }
+position = [0, 0, 0.0301]
+material = { plugin = "corotational", params = { damping-time = 1e-2 } }
+grid = { level = 4, region = "whole" }
+[[obstacle]]
+name = "floor"
+shape = { kind = "plane" }
+[[obstacle]]
+name = "ball"
+shape = { kind = "sphere", radius = 0.02 }
+position = [0.0501, 0, 0.02]
+"#;
+
 /// Ticks of a loop that rests in between: the other threads of a step have gone to sleep by then.
 const PAUSE: Duration = Duration::from_millis(3);
 
@@ -93,5 +111,22 @@ fn steps_in_contact_do_not_allocate() {
         session.update_surface();
         std::hint::black_box(vec![1_u8; 100]);
         assert!(ALLOCATIONS.load(Ordering::Relaxed) > before);
+    }
+    steps_on_obstacles_do_not_allocate();
+}
+
+/// Called by the one test, as allocations of another test would be counted.
+fn steps_on_obstacles_do_not_allocate() {
+    let cloth = CLOTH.replace("gravity = [0, 0, 0]", "gravity = [0, 0, -9.81]");
+    let cloth =
+        format!("{cloth}[[obstacle]]\nname = \"floor\"\nshape = {{ kind = \"plane\" }}\nposition = [0, 0, -1e-4]\n");
+    for scene in [ON_FLOOR.to_owned(), cloth] {
+        let mut session = open(&scene, 1);
+        (0..300).for_each(|_| session.step());
+        assert!(session.obstacles().iter().any(|obstacle| obstacle.force.norm() > 0.0), "nothing is met");
+        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        (0..50).for_each(|_| session.step());
+        let taken = ALLOCATIONS.load(Ordering::Relaxed) - before;
+        assert_eq!(taken, 0, "{taken} allocations in 50 steps: {scene}");
     }
 }

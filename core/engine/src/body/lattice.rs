@@ -32,7 +32,7 @@ use super::fixing::Fixing;
 use super::grid_pool::PooledGrid;
 use super::stiffness::StiffnessFactor;
 pub use bounds::NodeBounds;
-pub use contact_points::{ContactPoint, ContactSurface};
+pub use contact_points::{ContactBuffers, ContactPoint, ContactSurface};
 pub use fragments::{BodyInterior, CellFragment};
 use fragments::{Fragments, NodeKey};
 use paint::LatticePaint;

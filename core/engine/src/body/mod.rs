@@ -31,7 +31,8 @@ pub use fields::{FieldSurface, Fields, Layer, factor_at};
 pub use fixing::{Fixing, Place, displacement_along};
 pub use grid_pool::{GridPool, PooledGrid};
 pub use lattice::{
-    BodyInterior, CellFragment, ContactPoint, ContactSurface, Lattice, LatticeError, NodeBounds, RegionSettings, Repair,
+    BodyInterior, CellFragment, ContactBuffers, ContactPoint, ContactSurface, Lattice, LatticeError, NodeBounds,
+    RegionSettings, Repair,
 };
 pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::Model;

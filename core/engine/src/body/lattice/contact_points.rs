@@ -28,6 +28,15 @@ pub struct ContactSurface<'a> {
     pub skin: &'a mut Skin,
     /// Samples of the surface.
     pub samples: &'a Samples,
+    /// Buffers, kept from call to call.
+    pub buffers: &'a mut ContactBuffers,
+}
+
+/// Weights and positions of the samples of a cell.
+#[derive(Debug, Default)]
+pub struct ContactBuffers {
+    weights: Vec<[f64; 8]>,
+    positions: Vec<Vec3>,
 }
 
 impl Lattice {
@@ -56,7 +65,7 @@ impl Lattice {
         surface: &mut ContactSurface<'_>,
         mut visit: impl FnMut(ContactPoint),
     ) -> Result<(), LatticeError> {
-        let ContactSurface { nodes, model, skin, samples } = surface;
+        let ContactSurface { nodes, model, skin, samples, buffers } = surface;
         let corners = self.region.cell_corners[cell as usize];
         self.embed_cell(cell, nodes, model, skin)?;
         let first = self.set_weights(cell, model)?;
@@ -68,10 +77,13 @@ impl Lattice {
         }
         let range = self.samples_of(samples, cell);
         let places = &samples.place[range];
-        let (mut weights, mut positions) = (vec![[0.0; 8]; places.len()], Vec::new());
-        self.weights_in(places, &mut weights)?;
-        self.embed_places(cell, places, &weights, nodes, &mut positions)?;
-        for (weights, position) in weights.into_iter().zip(positions) {
+        let ContactBuffers { weights, positions } = &mut **buffers;
+        positions.clear();
+        weights.clear();
+        weights.resize(places.len(), [0.0; 8]);
+        self.weights_in(places, weights)?;
+        self.embed_places(cell, places, weights, nodes, positions)?;
+        for (&weights, &position) in weights.iter().zip(positions.iter()) {
             visit(ContactPoint { nodes: corners, weights, position });
         }
         Ok(())

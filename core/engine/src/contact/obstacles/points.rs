@@ -4,7 +4,7 @@
 //! what body and obstacle have moved since.
 
 use super::placed::PlacedObstacle;
-use crate::body::{Body, ContactSurface, Discretization, LatticeError};
+use crate::body::{Body, ContactBuffers, ContactSurface, Discretization, LatticeError};
 use pliant_solver::{Nodes, Vec3};
 
 /// A point of the surface of a body, carried by nodes.
@@ -60,6 +60,7 @@ pub(super) struct Candidates {
     near: Vec<(u32, u32)>,
     /// What body and obstacles have moved since the list was made, m.
     travel: f64,
+    buffers: ContactBuffers,
     /// Whether the list of carriers must be made again.
     is_outdated: bool,
 }
@@ -132,7 +133,7 @@ impl Candidates {
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
-    pub fn list(&self, body: &mut Body, points: &mut Vec<Point>) -> Result<(), LatticeError> {
+    pub fn list(&mut self, body: &mut Body, points: &mut Vec<Point>) -> Result<(), LatticeError> {
         points.clear();
         let Body { discretization, model, skin, system, samples, .. } = body;
         let nodes = &system.nodes;
@@ -145,7 +146,7 @@ impl Candidates {
                 points.push(Point { nodes: [carrier; 8], weights, count: 1, offset, obstacle });
                 continue;
             };
-            let mut surface = ContactSurface { nodes, model, skin, samples };
+            let mut surface = ContactSurface { nodes, model, skin, samples, buffers: &mut self.buffers };
             lattice.visit_contact_points(carrier, &mut surface, |at| {
                 let mut point =
                     Point { nodes: at.nodes, weights: at.weights, count: 8, offset: Vec3::zeros(), obstacle };
