@@ -175,3 +175,25 @@ fn a_penalty_is_as_deep_as_its_force_needs_and_a_constraint_is_not_deep() {
     let (soft, hard) = (pressed("penalty", 50.0), pressed("penalty", 500.0));
     assert!((hard.0 - exact).abs() < (soft.0 - exact).abs() && hard.1 < soft.1, "{soft:?} {hard:?} {exact}");
 }
+
+/// A tip that stands still finds the vertices that come to it from afar.
+#[test]
+fn a_sheet_that_falls_from_above_lands_on_a_tip_that_stands_still() {
+    for [height, dt] in [[0.02, 1e-3], [0.1, 1e-3], [0.3, 2e-3]] {
+        let path = format!("[[0, 0.1, 0.1, {}]]", -0.041 - height);
+        let time = format!("dt = {dt}\nduration = 9\nintegrator = \"backward-euler\"");
+        let mut session = scene(20, -9.81, "", &path, "radius = \"40 mm\"\nfriction = [1, 1]", &time);
+        let (falls, speed) = ((2.0 * height / 9.81_f64).sqrt(), (2.0 * height * 9.81_f64).sqrt());
+        let deepest = |session: &Session| {
+            let tip = Vec3::new(0.1, 0.1, -0.041 - height);
+            session.bodies[0].system.nodes.x.iter().map(|x| 0.04 - (x - tip).norm()).fold(0.0, f64::max)
+        };
+        let mut depth = 0.0_f64;
+        while session.time() < falls + 0.1 {
+            session.step();
+            depth = depth.max(deepest(&session));
+        }
+        assert!(session.frame().tools[0].force.norm() > 0.0, "from {height} m: nothing is felt");
+        assert!(depth < 0.25 * speed * dt + 1e-4, "from {height} m: {depth} m inside");
+    }
+}

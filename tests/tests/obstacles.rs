@@ -304,6 +304,83 @@ fn threads_and_snapshots_change_no_byte() {
     assert!(states[0] == states[1], "threads change the result");
 }
 
+/// A block on a box that a ball presses: the box carries weight and press, and undo and redo come back to the byte.
+#[test]
+fn a_pressed_block_passes_the_force_on_to_the_box_below() {
+    let text = r#"
+        format = 1
+        gravity = [0, 0, -9.81]
+        [time]
+        dt = 0.001
+        integrator = "backward-euler"
+        [[body]]
+        name = "block"
+        shape = { kind = "box", cells = 12, size = [0.06, 0.06, 0.06] }
+        position = [0, 0, 0.0301]
+        material = { plugin = "neo-hookean", params = { young = 3e4, density = 1000, damping-time = 0.01 } }
+        grid = { level = 4, region = "whole" }
+        [[obstacle]]
+        name = "box"
+        shape = { kind = "box", size = [0.04, 0.04, 0.02] }
+        position = [0, 0, -0.01]
+        [[device]]
+        name = "hand"
+        params = { path = [[0, 0, 0, 0.08], [0.1, 0, 0, 0.08], [0.3, 0, 0, 0.063], [1, 0, 0, 0.063]] }
+        [[tool]]
+        name = "ball"
+        device = "hand"
+        radius = "10 mm"
+        slew = 1e6
+        [[edit]]
+        kind = "touch"
+        tool = "ball"
+        release = "keep"
+        end = 0.6
+        "#;
+    let mut session = open(text, 1);
+    session.keep_history();
+    let mut depth = f64::NEG_INFINITY;
+    while session.time() < 0.55 {
+        session.step();
+        depth = depth.max(deepest(&mut session));
+    }
+    let press = session.frame().tools[0].force.norm();
+    let (weight, carried) = (mass(&session) * G, -session.obstacles()[0].force[2]);
+    assert!(press > 0.1, "it is pressed by {press} N");
+    assert!(
+        (carried - weight - press).abs() < 0.02 * (weight + press),
+        "{carried} N, weight {weight} N and press {press} N"
+    );
+    assert!(depth < 1e-5, "{depth} cells inside");
+    run(&mut session, 0.65);
+    let kept = session.bodies[0].system.nodes.x.clone();
+    assert!(session.undo() && session.bodies[0].system.nodes.x != kept);
+    assert!(session.redo() && session.bodies[0].system.nodes.x == kept, "redo comes back to the byte");
+    run(&mut session, 0.9);
+    assert!(deepest(&mut session) < 1e-5);
+}
+
+#[test]
+fn a_recording_with_obstacles_is_replayed_to_the_byte() {
+    let bench = Bench::new();
+    bench.write("rock.obj", scan(0, 600, 0, 77).text);
+    let scene = "format = 1\ngravity = [0, 0, -9.81]\n[time]\nduration = 0.1\nintegrator = \"backward-euler\"\n[[body]]\nname = \"block\"\n\
+        shape = { kind = \"box\", cells = 8, size = [0.06, 0.06, 0.06] }\nposition = [0, 0, 0.08]\nmaterial = { plugin = \"corotational\" }\n\
+        grid = { level = 3, region = \"whole\" }\n[[obstacle]]\nname = \"rock\"\nmesh = \"rock.obj\"\nsize = 0.1\n\
+        [[device]]\nname = \"hand\"\nparams = { path = [[0, 0, 0, 1]] }\n[[tool]]\nname = \"ball\"\ndevice = \"hand\"\nradius = 0.01\n\
+        [[edit]]\nkind = \"touch\"\ntool = \"ball\"\n";
+    bench.write("scene.toml", scene);
+    bench.pliant(&["run", "scene.toml", "--out", "a", "--record", "a.rec", "-q"]).expect(0);
+    bench.pliant(&["replay", "a.rec", "--out", "b", "-q"]).expect(0);
+    assert!(bench.read("a/final.obj") == bench.read("b/final.obj"));
+    let inputs = bench.summary("a")["inputs"].to_string();
+    assert!(inputs.contains("\"obstacle\"") && inputs.contains("rock.obj"), "{inputs}");
+    // A rock that has changed is not the one of the recording.
+    bench.write("rock.obj", scan(0, 600, 0, 78).text);
+    let replayed = bench.pliant(&["replay", "a.rec", "--out", "c", "-q"]);
+    assert!(replayed.code != 0 && replayed.err.contains("rock.obj"), "{}", replayed.err);
+}
+
 /// A plate that comes up under a block lifts it, and carries weight and inertia.
 #[test]
 fn a_moving_obstacle_lifts_a_block() {

@@ -65,7 +65,8 @@ impl SheetTips {
     fn update_near(&mut self, x: &[Vec3], dt: f64) {
         self.near.resize_with(self.tips.len(), NeighbourList::default);
         for (near, tip) in self.near.iter_mut().zip(&self.tips).filter(|(_, tip)| tip.constrains) {
-            let travel = dt * tip.velocity.norm();
+            // The sheet may move in this step as it did in the last one.
+            let travel = dt * tip.velocity.norm() + self.moved;
             let Some(reach) = near.refresh(tip.position, tip.shape.shape(), self.moved, travel) else { continue };
             let within = |i: &u32| (x[*i as usize] - tip.position).norm_squared() <= reach * reach;
             near.list.extend((0..x.len() as u32).filter(within));

@@ -187,3 +187,75 @@ fn defects(triangles: &[[u32; 3]]) -> (usize, usize) {
     }
     (borders, others)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pliant_mesh::generate;
+    use pliant_mesh::testing::{Random, scan};
+    use pliant_mesh::{ObjDocument, geometry::cast};
+
+    fn scanned(genus: u32, seed: u64) -> Surface {
+        Surface::from_document(
+            &ObjDocument::parse(scan(genus, 500, 0, seed).text.into_bytes(), "model.obj".as_ref()).unwrap(),
+        )
+    }
+
+    /// Distance and sign against all triangles and the parity of a ray.
+    #[test]
+    fn distance_is_that_of_the_closest_triangle_and_its_sign_that_of_a_ray() {
+        let mut random = Random(3);
+        for seed in 0..6 {
+            let surface = scanned(seed as u32 % 2, seed);
+            let mesh = MeshSurface::new(&surface, 0.0).unwrap();
+            assert!(mesh.is_closed());
+            let bounds = surface.bounds();
+            for _ in 0..300 {
+                let p = bounds.centre() + 0.7 * random.vector().component_mul(&(bounds.max - bounds.min));
+                let corners = surface.triangles.iter().map(|t| t.map(|v| surface.points[v as usize]));
+                let least = corners.map(|c| (closest_point(p, c).point - p).norm()).fold(f64::INFINITY, f64::min);
+                let Nearest { distance, normal } = mesh.nearest(p);
+                assert!((distance.abs() - least).abs() < 1e-12, "{distance} {least}");
+                let (mut crossings, mut from, way) = (0, p, random.direction());
+                while let Some(hit) = cast(&surface.points, &surface.triangles, from, way) {
+                    crossings += 1;
+                    from += (hit.time + 1e-9) * way;
+                }
+                assert_eq!(distance < 0.0, crossings % 2 == 1, "{p:?}: {distance}, {crossings} crossings");
+                // The normal is the gradient.
+                let step = 1e-6 * bounds.longest_edge();
+                let ahead = mesh.nearest(p + step * normal).distance;
+                assert!(
+                    distance.abs() < 10.0 * step || (ahead - distance - step).abs() < 1e-3 * step,
+                    "{ahead} {distance}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn faces_that_are_all_turned_inside_make_the_same_surface() {
+        let outside = Surface::from_document(&generate::sphere(6, 0.05).unwrap());
+        let mut inside = outside.clone();
+        inside.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        let [a, b] = [outside, inside].map(|surface| MeshSurface::new(&surface, 0.001).unwrap());
+        for p in [Vec3::zeros(), Vec3::new(0.1, 0.02, 0.0), Vec3::new(0.0, 0.049, 0.0)] {
+            assert!((a.nearest(p).distance - b.nearest(p).distance).abs() < 1e-15);
+        }
+        assert!((a.nearest(Vec3::new(0.1, 0.0, 0.0)).distance - 0.049).abs() < 1e-9, "0.05 m less its thickness");
+        assert!(a.nearest(Vec3::zeros()).distance < -0.04);
+    }
+
+    #[test]
+    fn an_open_mesh_needs_a_thickness_and_has_two_outsides() {
+        let mut surface = Surface::from_document(&generate::sphere(6, 0.05).unwrap());
+        surface.triangles.pop();
+        assert_eq!(MeshSurface::new(&surface, 0.0).unwrap_err(), MeshSurfaceError::Open { borders: 3, others: 0 });
+        let open = MeshSurface::new(&surface, 0.01).unwrap();
+        let [within, beyond] = [Vec3::zeros(), Vec3::new(0.1, 0.0, 0.0)].map(|p| open.nearest(p).distance);
+        assert!(within > 0.035 && (beyond - 0.04).abs() < 1e-9);
+        assert!(open.nearest(Vec3::new(0.045, 0.0, 0.0)).distance < 0.0);
+        surface.triangles.clear();
+        assert_eq!(MeshSurface::new(&surface, 0.01).unwrap_err(), MeshSurfaceError::Empty);
+    }
+}

@@ -131,18 +131,20 @@ impl Session {
 
     fn move_bodies(&mut self, time: StepTime, frame: &mut Frame) {
         for index in 0..self.bodies.len() {
-            self.moved[index] = 0.0;
             let body = &self.bodies[index];
             frame.nodes += body.system.nodes.len();
             frame.elements += body.system.elements();
             if body.frozen.is_some() || body.system.nodes.is_empty() {
+                self.moved[index] = 0.0;
                 continue;
             }
             let start = Instant::now();
             let mut stage = Stage::Step;
-            match self.move_body(index, time, start, frame) {
+            // Contact within the step reads what the body moved in the last one.
+            let moved = self.move_body(index, time, start, frame);
+            self.moved[index] = moved.as_ref().map_or(0.0, |fastest| fastest * self.clock.dt);
+            match moved {
                 Ok(fastest) => {
-                    self.moved[index] = fastest * self.clock.dt;
                     self.rest(index, fastest, time);
                 }
                 Err(NotMoved::Cancelled) => {
