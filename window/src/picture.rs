@@ -3,7 +3,7 @@
 use crate::materials::SurfaceMaterials;
 use bytemuck::{Pod, Zeroable};
 use pliant_editor::surface::{SurfaceChanges, ViewSurface};
-use pliant_engine::body::{ABSENT, CAP};
+use pliant_engine::body::{ABSENT, CAP, PINNED_TINT};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -15,8 +15,10 @@ pub struct VertexPlace {
     pub position: [f32; 3],
     /// m, distance from its place at rest
     pub displacement: f32,
-    /// Unit normal in units of 1/32767; the fourth is padding.
+    /// Unit normal in units of 1/32767; the fourth is 32767 where the vertex is pinned.
     pub normal: [i16; 4],
+    /// Decimal logarithm of the painted factor.
+    pub painted: f32,
 }
 
 /// What stays of a drawn vertex until a cut.
@@ -102,7 +104,9 @@ fn places(surface: &ViewSurface, range: Range<usize>) -> Patch<VertexPlace> {
     let place = |drawn: usize| {
         let [x, y, z] = surface.normals()[drawn].map(|c| (c * 32767.0) as i16);
         let (position, displacement) = (surface.position(drawn), surface.displacement(drawn));
-        VertexPlace { position, displacement, normal: [x, y, z, 0] }
+        let tint = surface.tint(drawn);
+        let (pinned, painted) = if tint == PINNED_TINT { (i16::MAX, 0.0) } else { (0, tint) };
+        VertexPlace { position, displacement, normal: [x, y, z, pinned], painted }
     };
     Patch { first: range.start, items: range.map(place).collect() }
 }

@@ -139,7 +139,7 @@ pub const PATH: &str = "File";
 pub const COARSER: &str = "Use a coarser grid";
 /// Keys, for the help at the lower edge.
 pub const KEYS: &str = "Left: tool, beside the model turn   Middle: turn   Shift+middle or right: move   Wheel: nearer, in a stroke deeper   \
-    F: focus   Home: all   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X: symmetry   Arrows, Space: pointer without a mouse   Ctrl+Z, Ctrl+Y: undo, redo";
+    F: focus   Home: all   M: pin   P: paint   S: stitch   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X: symmetry   Arrows, Space: pointer without a mouse   Ctrl+Z, Ctrl+Y: undo, redo";
 
 /// A question about a session that has ended without closing.
 pub fn recovery(path: &std::path::Path) -> String {

@@ -36,6 +36,13 @@ impl ToolKind {
         all.iter().find(|tool| tool.name() == SMOOTHING).copied()
     }
 
+    /// The key that takes the tool, where it is number `index` of all, from 0: ten digits, the last of which is 0, then letters.
+    pub fn key(&self, index: usize) -> Option<char> {
+        let digit = || char::from_digit((index as u32 + 1) % 10, 10);
+        let letter = LETTERS.iter().find(|(name, _)| *name == self.name()).map(|(_, letter)| *letter);
+        if index < 10 { digit() } else { letter }
+    }
+
     /// As scenes write it.
     pub fn name(&self) -> &'static str {
         self.kind.name()
@@ -66,7 +73,9 @@ impl ToolKind {
 /// Edit kinds with the first keys.
 const FIRST: [&str; 4] = ["touch", "pull", "cut", "grab"];
 /// Edit kinds that undo each other.
-const OPPOSITES: [[&str; 2]; 2] = [["inflate", "deflate"], ["grow", "shrink"]];
+const OPPOSITES: [[&str; 2]; 3] = [["inflate", "deflate"], ["grow", "shrink"], ["pin", "unpin"]];
+/// Letters of tools that have no digit.
+const LETTERS: [(&str, char); 4] = [("pin", 'M'), ("unpin", 'N'), ("paint", 'P'), ("stitch", 'S')];
 /// The edit kind that evens out.
 const SMOOTHING: &str = "smooth";
 

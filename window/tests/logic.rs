@@ -4,6 +4,7 @@ use eframe::egui::{self, Key, Modifiers, PointerButton, Pos2, pos2};
 use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+use pliant_engine::body::PINNED_TINT;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session, SessionCommand};
@@ -254,6 +255,32 @@ fn keys_and_panels_change_tool_view_and_size() {
     harness.step();
     harness.step();
     assert!(harness.state().camera().axes()[2].x > 0.999, "the axes in the corner are buttons");
+}
+
+#[test]
+fn a_pin_and_a_painted_stroke_are_tinted_and_taken_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(&ball(folder.path()));
+    wait(&mut harness, "the model", App::is_open);
+    for (key, name) in [(Key::M, "pin"), (Key::P, "paint")] {
+        harness.hover_at(MIDDLE);
+        harness.key_press(key);
+        harness.step();
+        assert_eq!(harness.state().tool().0.name(), name);
+        assert_eq!(harness.state().tints().count(), 0);
+        stroke(&mut harness, MIDDLE);
+        wait(&mut harness, "a tint", |app| app.tints().count() > 3);
+        let tints: Vec<f32> = harness.state().tints().collect();
+        let expected = if name == "pin" {
+            tints.iter().all(|tint| *tint == PINNED_TINT)
+        } else {
+            tints.iter().all(|tint| *tint > 0.0 && *tint < 1.0)
+        };
+        assert!(expected, "{name}: {tints:?}");
+        wait(&mut harness, "the stroke in the history", |app| app.status().done == 1);
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        wait(&mut harness, "no tint", |app| app.tints().count() == 0);
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod files;
 mod gauges;
+mod icons;
 mod key_pointer;
 mod log;
 mod measure;
@@ -218,6 +219,11 @@ impl App {
     /// Whether a model is open.
     pub fn is_open(&self) -> bool {
         self.model.is_some()
+    }
+
+    /// Tints of the drawn vertices that are pinned or painted, as [`pliant_engine::body::Body::tints`].
+    pub fn tints(&self) -> impl Iterator<Item = f32> + '_ {
+        self.model.iter().flat_map(Model::tints)
     }
 
     /// The tool and how it is set.

@@ -57,6 +57,14 @@ const POLL: Duration = Duration::from_millis(4);
 const EDGE_PERIOD: Duration = Duration::from_millis(250);
 
 impl Model {
+    /// Tints of the drawn vertices that are pinned or painted.
+    pub(super) fn tints(&self) -> impl Iterator<Item = f32> + '_ {
+        let of = |surface: &'_ ViewSurface| {
+            (0..surface.drawn().len()).map(|drawn| surface.tint(drawn)).collect::<Vec<f32>>()
+        };
+        self.surfaces.iter().flat_map(of).filter(|tint| *tint != 0.0)
+    }
+
     /// `material_folder`: where the model's `mtllib` files are, if not beside the file that was opened.
     pub(super) fn new(opened: OpenModel, material_folder: Option<PathBuf>, context: egui::Context) -> Self {
         let OpenModel { facts, reader, surfaces, models, hands, device_frame, .. } = opened;

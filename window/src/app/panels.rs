@@ -54,12 +54,13 @@ impl App {
         ui.heading(strings::TOOLS);
         for tool in 0..self.tools.len() {
             let kind = self.tools[tool];
-            // Ten keys, the last of which is 0.
-            let key = if tool < 10 { ((tool + 1) % 10).to_string() } else { String::new() };
-            let label = format!("{key:1}  {}", kind.name());
-            if ui.selectable_label(self.tool == tool, label).on_hover_text(kind.kind.summary()).clicked() {
-                self.choose_tool(tool);
-            }
+            let label = format!("{}  {}", kind.key(tool).unwrap_or(' '), kind.name());
+            ui.horizontal(|ui| {
+                super::icons::show(ui, kind.name());
+                if ui.selectable_label(self.tool == tool, label).on_hover_text(kind.kind.summary()).clicked() {
+                    self.choose_tool(tool);
+                }
+            });
         }
         ui.horizontal(|ui| {
             ui.label(strings::SYMMETRY);

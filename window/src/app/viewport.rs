@@ -237,20 +237,9 @@ impl App {
                 self.stiffen(self.stiffness * factor.powi(presses(key)));
             }
         }
-        let digits = [
-            Key::Num1,
-            Key::Num2,
-            Key::Num3,
-            Key::Num4,
-            Key::Num5,
-            Key::Num6,
-            Key::Num7,
-            Key::Num8,
-            Key::Num9,
-            Key::Num0,
-        ];
-        for (tool, key) in (0..self.tools.len()).zip(digits) {
-            if pressed(key) {
+        for tool in 0..self.tools.len() {
+            let key = self.tools[tool].key(tool).and_then(|key| Key::from_name(&key.to_string()));
+            if key.is_some_and(pressed) {
                 self.choose_tool(tool);
             }
         }

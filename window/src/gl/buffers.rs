@@ -116,10 +116,11 @@ impl BodyBuffers {
             gl.vertex_attrib_pointer_f32(0, 3, glow::FLOAT, false, place, 0);
             gl.vertex_attrib_pointer_f32(1, 1, glow::FLOAT, false, place, 12);
             gl.vertex_attrib_pointer_f32(2, 4, glow::SHORT, true, place, 16);
+            gl.vertex_attrib_pointer_f32(5, 1, glow::FLOAT, false, place, 24);
             gl.bind_buffer(self.looks.target, Some(self.looks.buffer));
             gl.vertex_attrib_pointer_f32(3, 2, glow::FLOAT, false, look, 0);
             gl.vertex_attrib_pointer_i32(4, 1, glow::UNSIGNED_INT, look, 8);
-            (0..5).for_each(|attribute| gl.enable_vertex_attrib_array(attribute));
+            (0..6).for_each(|attribute| gl.enable_vertex_attrib_array(attribute));
             gl.bind_buffer(self.corners.target, Some(self.corners.buffer));
             gl.bind_vertex_array(Some(self.lines));
             gl.bind_buffer(self.places.target, Some(self.places.buffer));

@@ -7,12 +7,15 @@ layout(location = 1) in float displacement;
 layout(location = 2) in vec4 normal;
 layout(location = 3) in vec2 texture_place;
 layout(location = 4) in uint material;
+layout(location = 5) in float painted;
 uniform mat4 to_eye;
 uniform mat4 projection;
 out vec3 eye_normal;
 out vec3 eye_place;
 out float moved;
 out vec2 texture_at;
+out float pinned;
+out float factor;
 flat out uint look;
 void main() {
     vec4 place = to_eye * vec4(position, 1.0);
@@ -20,6 +23,8 @@ void main() {
     eye_normal = mat3(to_eye) * normal.xyz;
     moved = displacement;
     texture_at = texture_place;
+    pinned = normal.w;
+    factor = painted;
     look = material;
     gl_Position = projection * place;
 }
@@ -31,6 +36,8 @@ in vec3 eye_normal;
 in vec3 eye_place;
 in float moved;
 in vec2 texture_at;
+in float pinned;
+in float factor;
 flat in uint look;
 uniform int shading;
 uniform bool perspective;
@@ -87,6 +94,10 @@ void main() {
     } else {
         shade = lit(n, towards, base);
     }
+    // What is painted is tinted, amber where the factor is above 1 and teal below; what is pinned is dark.
+    vec3 paint = factor > 0.0 ? vec3(0.95, 0.55, 0.12) : vec3(0.10, 0.62, 0.66);
+    shade = mix(shade, shade * paint * 1.5, clamp(1.2 * abs(factor), 0.0, 0.85));
+    shade = mix(shade, vec3(0.16, 0.17, 0.24) + 0.25 * shade, 0.8 * smoothstep(0.0, 1.0, pinned));
     if (inside && mark_backs) {
         // The back of a surface is blue and striped.
         float stripe = step(4.0, mod(gl_FragCoord.x + gl_FragCoord.y, 8.0));

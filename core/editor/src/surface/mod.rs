@@ -30,6 +30,8 @@ pub struct ViewSurface {
     positions: Vec<[f32; 3]>,
     /// Distance of each mesh vertex from its rest position, m (n).
     displacements: Vec<f32>,
+    /// Tint of each mesh vertex: what is pinned or painted there (n).
+    tints: Vec<f32>,
     triangles: Vec<Option<TriangleLook>>,
     around: Adjacency,
     /// Drawn vertices of a mesh vertex: `drawn[first..first + count]` (n).
@@ -55,7 +57,7 @@ pub struct SurfaceChanges {
     pub looks: Vec<Range<usize>>,
     /// Ranges of triangles that are new or have changed corners; ascending.
     pub triangles: Vec<Range<usize>>,
-    /// Mesh vertices that have moved, ascending.
+    /// Mesh vertices that have moved or changed their tint, ascending.
     pub moved: Vec<u32>,
 }
 
@@ -79,6 +81,7 @@ impl ViewSurface {
             origin: topology.origin,
             positions: topology.positions.clone(),
             displacements: vec![0.0; count],
+            tints: vec![0.0; count],
             around: Adjacency::new(count, &triangles),
             corners: vec![[0; 3]; triangles.len()],
             triangles,
@@ -134,6 +137,11 @@ impl ViewSurface {
         self.displacements.get(self.drawn[drawn].vertex as usize).copied().unwrap_or_default()
     }
 
+    /// Tint of a drawn vertex, as [`pliant_engine::body::Body::tints`]; 0 where nothing is pinned or painted.
+    pub fn tint(&self, drawn: usize) -> f32 {
+        self.tints.get(self.drawn[drawn].vertex as usize).copied().unwrap_or_default()
+    }
+
     /// Positions of a triangle's corners in the scene, m; `None` if it is invisible.
     pub fn corner_places(&self, triangle: u32) -> Option<[Vec3; 3]> {
         let look = self.triangles.get(triangle as usize)?.as_ref()?;
@@ -160,7 +168,9 @@ impl ViewSurface {
         for range in moved_pages {
             for vertex in range {
                 let (place, displacement) = (view.positions[vertex], view.displacements[vertex]);
-                if place != self.positions[vertex] || displacement != self.displacements[vertex] {
+                let is_painted = view.tints[vertex] != self.tints[vertex];
+                self.tints[vertex] = view.tints[vertex];
+                if is_painted || place != self.positions[vertex] || displacement != self.displacements[vertex] {
                     self.positions[vertex] = place;
                     self.displacements[vertex] = displacement;
                     changes.moved.push(vertex as u32);
@@ -178,6 +188,7 @@ impl ViewSurface {
     fn resize(&mut self, count: usize) {
         self.positions.resize(count, [0.0; 3]);
         self.displacements.resize(count, 0.0);
+        self.tints.resize(count, 0.0);
         self.span_of.resize(count, (0, 0));
         self.is_dirty.resize(count, false);
     }

@@ -59,7 +59,7 @@ impl Body {
             Discretization::Sheet(sheet) => {
                 sheet.take_cut(mesh, advance, &old_corners, &mut self.system)?;
                 sheet.embed(&self.system.nodes, &mut self.skin);
-                return Ok(());
+                return self.update_tints();
             }
         };
         let caps = caps(mesh, new, &advance.facets, CUT_MARGIN * lattice.edge(), &mut self.cut_margins);
@@ -76,7 +76,7 @@ impl Body {
         if !self.samples.is_empty() {
             Arc::make_mut(&mut self.samples).take_cut(&cells, &self.model, &self.skin, lattice)?;
         }
-        Ok(())
+        self.update_tints()
     }
 }
 

@@ -24,6 +24,7 @@ mod skin;
 mod state;
 mod stiffness;
 mod symmetry;
+mod tint;
 
 pub use cell_corners::CellCorners;
 pub use discretization::Discretization;
@@ -46,6 +47,7 @@ pub use skin::{EmbeddedPoint, NOT_EMBEDDED, Skin, interpolate};
 pub use state::BodyState;
 pub use stiffness::StiffnessFactor;
 pub use symmetry::{Axes, Symmetry, mirrored};
+pub use tint::{PINNED_TINT, tint_of};
 
 use cutting::CutMargins;
 
@@ -76,6 +78,8 @@ pub struct Body {
     pub params: Vec<String>,
     /// Largest ratio by which painting may raise stiffness over mass of any part; infinite where the integrator follows any.
     pub most_stiffening: f64,
+    /// Tints of pinned and painted vertices, for viewers.
+    pub(crate) tints: tint::Tints,
     /// Nodes that are held or driven along a path.
     pub fixings: Vec<Fixing>,
     /// Pairs of vertices that edits with symmetry keep mirrored.

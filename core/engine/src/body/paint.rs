@@ -26,10 +26,14 @@ impl Body {
     fn change_pins(&mut self, point: Vec3, radius: f64, pins: bool) -> Result<bool, LatticeError> {
         let nodes = self.connected_nodes(point, radius)?;
         let ball = PaintBall { centre: self.embed_point(point)?.settled, radius, nodes: &nodes };
-        match &mut self.discretization {
-            Discretization::Lattice(lattice) => lattice.change_pins(ball, &self.skin.settled, pins),
-            Discretization::Sheet(sheet) => Ok(sheet.change_pins(ball.nodes, &mut self.system.nodes, pins)),
+        let has_changed = match &mut self.discretization {
+            Discretization::Lattice(lattice) => lattice.change_pins(ball, &self.skin.settled, pins)?,
+            Discretization::Sheet(sheet) => sheet.change_pins(ball.nodes, &mut self.system.nodes, pins),
+        };
+        if has_changed {
+            self.update_tints()?;
         }
+        Ok(has_changed)
     }
 
     /// Moves the factor of a parameter around a point of the rest shape (m) towards a goal, as far as [`Body::most_stiffening`] allows. Shape, motion
@@ -44,10 +48,14 @@ impl Body {
         let goal = self.painted().allowed_goal(&self.params, change, self.most_stiffening);
         let (change, planes) = (FactorChange { goal, ..change }, self.params.len());
         let weight = |distance: f64| shape.falloff.weight(distance / radius);
-        match &mut self.discretization {
-            Discretization::Lattice(lattice) => lattice.paint(ball, weight, change, planes, &mut self.system),
-            Discretization::Sheet(sheet) => sheet.paint(ball, weight, change, planes, &self.model, &mut self.system),
+        let has_changed = match &mut self.discretization {
+            Discretization::Lattice(lattice) => lattice.paint(ball, weight, change, planes, &mut self.system)?,
+            Discretization::Sheet(sheet) => sheet.paint(ball, weight, change, planes, &self.model, &mut self.system)?,
+        };
+        if has_changed {
+            self.update_tints()?;
         }
+        Ok(has_changed)
     }
 
     /// Nodes within `radius` (m) of a point of the rest shape (m) that hang together with it, ascending.
@@ -58,7 +66,7 @@ impl Body {
     }
 
     /// The painted factors, by cell or triangle.
-    fn painted(&self) -> &PaintedFactors {
+    pub(super) fn painted(&self) -> &PaintedFactors {
         match &self.discretization {
             Discretization::Lattice(lattice) => lattice.painted(),
             Discretization::Sheet(sheet) => sheet.painted(),
@@ -78,28 +86,11 @@ impl Body {
         }
     }
 
-    /// Painted factor of a parameter, by its index in [`Body::params`], at each vertex: of its cell, or the largest change of the triangles around it. Only
-    /// vertices with a factor other than 1, ascending.
-    ///
-    /// # Errors
-    /// Returns the error of the grid plugin.
-    pub fn painted_vertices(&self, plane: usize) -> Result<Vec<(u32, f64)>, LatticeError> {
-        let mut all: Vec<(u32, f64)> = Vec::new();
-        for element in self.painted().elements() {
-            let factor = self.painted().get(element).map_or(1.0, |factors| factors[plane]);
-            match &self.discretization {
-                _ if factor == 1.0 => {}
-                Discretization::Lattice(lattice) => lattice.for_points_of_cell(element, |v| all.push((v, factor)))?,
-                Discretization::Sheet(_) => {
-                    let corners = self.model.surface.triangles.get(element as usize);
-                    all.extend(corners.into_iter().flatten().map(|v| (*v, factor)));
-                }
-            }
+    /// Pinned vertices, ascending.
+    pub fn pinned_vertices(&self) -> Box<dyn Iterator<Item = u32> + '_> {
+        match &self.discretization {
+            Discretization::Lattice(lattice) => Box::new(lattice.pinned_points()),
+            Discretization::Sheet(sheet) => Box::new(sheet.pinned_vertices()),
         }
-        // The largest change first within each vertex.
-        let change = |factor: f64| libm::log2(factor).abs();
-        all.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(change(b.1).total_cmp(&change(a.1))).then(a.1.total_cmp(&b.1)));
-        all.dedup_by_key(|(vertex, _)| *vertex);
-        Ok(all)
     }
 }

@@ -39,9 +39,9 @@ impl PaintedFactors {
         self.of.get(&element).map(|factors| &**factors)
     }
 
-    /// Cells or triangles that are painted, in any order.
-    pub fn elements(&self) -> impl Iterator<Item = u64> + '_ {
-        self.of.keys().copied()
+    /// Cells or triangles that are painted with the factors of all parameters, in any order.
+    pub fn elements(&self) -> impl Iterator<Item = (u64, &[f64])> {
+        self.of.iter().map(|(element, factors)| (*element, &**factors))
     }
 
     /// Gives the elements `pieces` the factors of the element they were cut from.

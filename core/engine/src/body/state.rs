@@ -94,6 +94,7 @@ impl Body {
             set.set_history(history);
         }
         self.frozen.clone_from(&state.frozen);
+        self.update_tints()?;
         if !self.samples.is_empty() {
             let samples = Arc::make_mut(&mut self.samples);
             samples.forget_cuts();

@@ -429,6 +429,7 @@ impl Opening<'_> {
             samples: Arc::default(),
             layer_stiffness: 0.0,
             params,
+            tints: Vec::new(),
             most_stiffening: f64::INFINITY,
             fixings,
             symmetry: None,

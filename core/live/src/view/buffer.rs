@@ -2,7 +2,7 @@
 //! queue, which loses none. Neither side waits for the other, and only changed pages are copied.
 
 use super::frame::{BodyTopology, BodyView, TopologyPatch, ViewFrame};
-use pliant_engine::body::{Body, PAGE, TriangleLook};
+use pliant_engine::body::{Body, PAGE, TriangleLook, tint_of};
 use pliant_engine::session::Session;
 use pliant_solver::Vec3;
 use std::sync::Arc;
@@ -155,7 +155,7 @@ impl BodyTrack {
 
     /// Updates one of the three buffers page by page. Returns whether any page has changed since the last frame.
     fn copy(&mut self, view: &mut BodyView, body: &mut Body, number: u64) -> bool {
-        let skin = &mut body.skin;
+        let (skin, tints) = body.skin_with_tints();
         let count = skin.x.len();
         self.stamps.resize(count.div_ceil(PAGE), number);
         let seen = self.vertices_seen;
@@ -171,6 +171,7 @@ impl BodyTrack {
         view.patches = self.patches;
         view.positions.resize(count, [0.0; 3]);
         view.displacements.resize(count, 0.0);
+        view.tints.resize(count, 0.0);
         view.stamps.resize(self.stamps.len(), 0);
         for (page, stamp) in self.stamps.iter().enumerate() {
             if view.stamps[page] == *stamp {
@@ -179,6 +180,7 @@ impl BodyTrack {
             for v in page * PAGE..((page + 1) * PAGE).min(count) {
                 view.positions[v] = (skin.x[v] - self.origin).map(|c| c as f32).into();
                 view.displacements[v] = (skin.x[v] - skin.settled[v]).norm() as f32;
+                view.tints[v] = tint_of(tints, v as u32);
             }
             view.stamps[page] = *stamp;
         }

@@ -35,6 +35,8 @@ pub struct BodyView {
     pub positions: Vec<[f32; 3]>,
     /// Distance of each vertex from its rest position, m (n).
     pub displacements: Vec<f32>,
+    /// Tint of each vertex: 0, or what is pinned or painted there, as [`pliant_engine::body::Body::tints`] (n).
+    pub tints: Vec<f32>,
     /// Number of topology patches up to this frame.
     pub patches: u64,
     /// Number of the frame in which each page of [`PAGE`] vertices last changed.
@@ -45,7 +47,8 @@ impl BodyView {
     /// A surface with all pages changed in the frame `number`.
     pub fn of_positions(origin: Vec3, positions: Vec<[f32; 3]>, number: u64) -> Self {
         let (displacements, stamps) = (vec![0.0; positions.len()], vec![number; positions.len().div_ceil(PAGE)]);
-        Self { origin, positions, displacements, patches: 0, stamps }
+        let tints = displacements.clone();
+        Self { origin, positions, displacements, tints, patches: 0, stamps }
     }
 
     /// Ranges of vertices that have changed after the frame with this number, in whole pages, ascending.

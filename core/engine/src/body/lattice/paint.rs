@@ -40,6 +40,11 @@ impl Lattice {
         &self.paint.factors
     }
 
+    /// Pinned surface points, ascending.
+    pub fn pinned_points(&self) -> impl Iterator<Item = u32> + '_ {
+        self.paint.held.iter().copied()
+    }
+
     /// Whether a surface point is pinned.
     pub fn is_pinned(&self, point: u32) -> bool {
         self.paint.held.contains(&point)

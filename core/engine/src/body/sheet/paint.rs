@@ -27,6 +27,11 @@ impl Sheet {
         &self.paint.factors
     }
 
+    /// Pinned vertices, ascending.
+    pub fn pinned_vertices(&self) -> impl Iterator<Item = u32> + '_ {
+        self.paint.pins.iter().copied()
+    }
+
     /// Whether a vertex is pinned.
     pub fn is_pinned(&self, vertex: u32) -> bool {
         self.paint.pins.contains(&vertex)
