@@ -397,7 +397,7 @@ fn edits_probes_and_outputs_that_make_no_sense_are_refused() {
             &[
                 "`poke`",
                 "allowed is `touch`, `pull`, `cut`, `grab`,",
-                "`shrink`, `pin`, `unpin`, `paint`, `undo`, `redo`",
+                "`shrink`, `pin`, `unpin`, `paint`, `stitch`, `undo`, `redo`",
             ],
         ),
         ("tool = \"finger\"", "tool = \"thumb\"", 0, &["no tool `thumb`; allowed is `finger`"]),

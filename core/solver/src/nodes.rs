@@ -67,6 +67,23 @@ impl Nodes {
         node
     }
 
+    /// The nodes with these indices, in this order.
+    ///
+    /// # Panics
+    /// If an index is not below the number of nodes.
+    #[must_use]
+    pub fn select(&self, indices: &[u32]) -> Self {
+        let of = |field: &[Vec3]| indices.iter().map(|i| field[*i as usize]).collect();
+        Self {
+            rest: of(&self.rest),
+            x: of(&self.x),
+            v: of(&self.v),
+            mass: indices.iter().map(|i| self.mass[*i as usize]).collect(),
+            constraint: indices.iter().map(|i| self.constraint[*i as usize]).collect(),
+            prescribed: of(&self.prescribed),
+        }
+    }
+
     /// Removes and returns the nodes from index `at` on.
     pub fn split_off(&mut self, at: usize) -> Self {
         Self {

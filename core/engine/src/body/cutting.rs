@@ -1,6 +1,7 @@
 //! Cutting of a body: after its mesh was cut, model, skin, discretization and samples adopt the cut.
 
 use super::sheet::OldCorners;
+use super::stitch::Seam;
 use super::{Body, Discretization, LatticeError};
 use pliant_cut::{Advance, CutMesh, Origin};
 use pliant_mesh::Surface;
@@ -68,16 +69,40 @@ impl Body {
         let (model, edge) = (&self.model, lattice.edge());
         let side = |vertex: u32| side_point(mesh, model, vertex, closed, edge);
         let new = advance.first_vertex..mesh.surface().points.len() as u32;
-        let neighbours = |vertex: u32| {
-            let around = model.around(vertex).iter().flat_map(|t| model.surface.triangles[*t as usize]);
-            around.filter(|other| *other != vertex).collect()
-        };
+        let neighbours = |vertex: u32| neighbours(model, vertex);
         let cells = lattice.cut(swept, new, side, neighbours, mesh.as_ref())?;
         if !self.samples.is_empty() {
             Arc::make_mut(&mut self.samples).take_cut(&cells, &self.model, &self.skin, lattice)?;
         }
         self.update_tints()
     }
+}
+
+impl Body {
+    /// Joins the parts of a cut lattice within `radius` (m) of a rest position (m), where they are within `join` (m) of each other.
+    pub(super) fn heal(&mut self, point: Vec3, radius: f64, join: f64) -> Result<Seam, LatticeError> {
+        let Self { cut: Some(mesh), discretization: Discretization::Lattice(lattice), model, system, .. } = self else {
+            return Ok(Seam::default());
+        };
+        let parted = lattice.parted_cells(point, radius, join, &system.nodes);
+        let edge = lattice.edge();
+        let side = |vertex: u32| side_point(mesh, model, vertex, true, edge);
+        let neighbours = |vertex: u32| neighbours(model, vertex);
+        let cells = lattice.heal(&parted.near, (point, radius), side, neighbours, &mut system.nodes)?;
+        if cells.is_empty() {
+            return Ok(Seam { has_joined: false, apart: parted.apart });
+        }
+        if !self.samples.is_empty() {
+            Arc::make_mut(&mut self.samples).take_cut(&cells, model, &self.skin, lattice)?;
+        }
+        Ok(Seam { has_joined: true, apart: Vec::new() })
+    }
+}
+
+/// Vertices that share a triangle with a vertex.
+fn neighbours(model: &super::Model, vertex: u32) -> Vec<u32> {
+    let around = model.around(vertex).iter().flat_map(|t| model.surface.triangles[*t as usize]);
+    around.filter(|other| *other != vertex).collect()
 }
 
 impl super::BodyInterior for CutMesh {

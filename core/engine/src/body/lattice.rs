@@ -14,6 +14,7 @@ mod cut;
 mod embed;
 mod fields;
 mod fragments;
+mod heal;
 mod history;
 mod hold;
 mod majority;

@@ -23,6 +23,7 @@ mod sheet;
 mod skin;
 mod state;
 mod stiffness;
+mod stitch;
 mod symmetry;
 mod tint;
 
@@ -46,6 +47,7 @@ pub use sheet::{Sheet, Warp};
 pub use skin::{EmbeddedPoint, NOT_EMBEDDED, Skin, interpolate};
 pub use state::BodyState;
 pub use stiffness::StiffnessFactor;
+pub use stitch::Seam;
 pub use symmetry::{Axes, Symmetry, mirrored};
 pub use tint::{PINNED_TINT, tint_of};
 

@@ -54,6 +54,12 @@ impl Body {
                         moved.push(vertex);
                     }
                 }
+                for (&vertex, &of) in sheet.welds() {
+                    if settled[vertex as usize] != settled[of as usize] {
+                        settled[vertex as usize] = settled[of as usize];
+                        moved.push(vertex);
+                    }
+                }
                 sheet.flatten_rest(model, system)?;
             }
         }

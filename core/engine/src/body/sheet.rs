@@ -10,6 +10,7 @@ use super::stiffness::StiffnessFactor;
 use pliant_mesh::{ObjDocument, Surface};
 use pliant_plugin_api::abi;
 use pliant_solver::{Constraint, ElementList, Nodes, StepTime, System, Vec3};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 mod cut;
@@ -17,6 +18,7 @@ mod fields;
 mod order;
 mod paint;
 mod state;
+mod weld;
 
 pub use cut::OldCorners;
 pub use state::SheetState;
@@ -58,6 +60,8 @@ pub struct Sheet {
     has_changed: bool,
     /// Pins and painted factors.
     paint: SheetPaint,
+    /// Welded vertices, each with the one whose node it has.
+    welds: Arc<BTreeMap<u32, u32>>,
     /// Fields of parameters of the material. After an edit that changed the rest shape, a cut evaluates them at the new rest positions.
     pub fields: Option<Arc<Fields>>,
     /// Factor of the material's stiffness; `None` if the material has none that may change.
@@ -93,6 +97,7 @@ impl Sheet {
             active: false,
             has_changed: false,
             paint: SheetPaint::default(),
+            welds: Arc::default(),
             fields: None,
             stiffness: None,
         }
@@ -151,8 +156,13 @@ impl Sheet {
     /// Numbers the nodes, one for each vertex that a triangle uses, and the elements, one for each triangle.
     fn number(&mut self, surface: &Surface) {
         let Order { vertices, triangles, .. } = self.order.extended(surface);
-        (self.vertex_of, self.triangle_of) = (vertices, triangles);
+        self.vertex_of = vertices;
+        self.vertex_of.retain(|vertex| !self.welds.contains_key(vertex));
+        self.triangle_of = triangles;
         self.node_of = inverse(&self.vertex_of, surface.points.len());
+        for (vertex, of) in self.welds.iter() {
+            self.node_of[*vertex as usize] = self.node_of[*of as usize];
+        }
     }
 
     /// Nodes of the triangle of each element.
@@ -233,6 +243,9 @@ impl Sheet {
     pub fn embed(&self, nodes: &Nodes, skin: &mut Skin) {
         for (&vertex, x) in self.vertex_of.iter().zip(&nodes.x) {
             skin.x[vertex as usize] = *x;
+        }
+        for (vertex, of) in self.welds.iter() {
+            skin.x[*vertex as usize] = skin.x[*of as usize];
         }
         skin.pages.mark_all(skin.x.len());
     }

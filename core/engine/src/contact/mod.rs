@@ -23,4 +23,5 @@ pub use patch::Patch;
 pub use proxy::{Friction, Proxy, Touch, apply_friction};
 pub use sheet_tips::SheetTips;
 pub use soft::{SoftMethod, SoftPress, SoftTip};
+pub(crate) use sums::NodeSums;
 pub use triangle_point::TrianglePoint;

@@ -333,9 +333,10 @@ impl SoftTip {
         }
     }
 
-    /// Distributes the contact forces to the nodes.
+    /// Distributes the contact forces to the nodes, beside the springs that an edit has attached.
     fn write_springs(&mut self, nodes: &Nodes, out: &mut NodeSprings) {
         self.sums.begin(nodes.len());
+        self.sums.add_all(out);
         for contact in &self.contacts {
             for (node, weight) in contact.corners.into_iter().zip(&contact.bary).filter(|(_, w)| **w > 0.0) {
                 self.sums.add(node, *weight, contact.force, &contact.stiffness, &contact.damping);

@@ -4,7 +4,7 @@ use pliant_solver::{Block, NodeSprings, Vec3};
 
 /// Dense accumulators of force, stiffness and damping by node, with a list of the nodes that have a load.
 #[derive(Debug, Default)]
-pub(super) struct NodeSums {
+pub(crate) struct NodeSums {
     /// Force, N (n x 3).
     force: Vec<Vec3>,
     /// Stiffness, N/m (n blocks).
@@ -43,6 +43,13 @@ impl NodeSums {
     pub fn add(&mut self, node: u32, weight: f64, force: Vec3, stiffness: &Block, damping: &Block) {
         *self.entry(node).0 += weight * force;
         self.add_springs(node, weight, stiffness, damping);
+    }
+
+    /// Adds springs whose anchors are the present positions.
+    pub fn add_all(&mut self, springs: &NodeSprings) {
+        for (i, node) in springs.nodes.iter().enumerate() {
+            self.add(*node, 1.0, springs.force[i], &springs.stiffness[i], &springs.damping[i]);
+        }
     }
 
     /// Adds a stiffness and a damping times `weight` to a node.

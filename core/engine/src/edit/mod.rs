@@ -20,6 +20,7 @@ mod pull;
 mod region;
 mod relax;
 mod smooth;
+mod stitch;
 mod touch;
 mod touch_stroke;
 
@@ -51,6 +52,7 @@ pub static KINDS: &[&dyn EditKind] = &[
     &pin::PIN,
     &pin::UNPIN,
     &paint::Paint,
+    &stitch::Stitch,
 ];
 
 /// Name of the edit that undoes the last one.

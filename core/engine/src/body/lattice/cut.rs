@@ -36,6 +36,17 @@ impl Lattice {
         }
         changed.sort_unstable();
         changed.dedup();
+        self.rebind_cells(changed, side, neighbours)
+    }
+
+    /// Embeds the surface points of cells (ids, ascending) in their present fragments. Returns the cells.
+    pub(super) fn rebind_cells(
+        &mut self,
+        changed: Vec<u64>,
+        side: impl Fn(u32) -> Vec3,
+        neighbours: impl Fn(u32) -> Vec<u32>,
+    ) -> Result<Vec<u64>, LatticeError> {
+        let level = self.settings.level;
         let mut points: Vec<BoundPoint> = Vec::new();
         for &id in &changed {
             let facts = self.grid.cell(level, id)?;

@@ -24,6 +24,16 @@ pub(super) struct LatticePaint {
 }
 
 impl LatticePaint {
+    /// Whether a node is pinned itself.
+    pub(super) fn is_pinned_node(&self, key: &NodeKey) -> bool {
+        self.pins.contains(key)
+    }
+
+    /// Pins a node.
+    pub(super) fn pin_node(&mut self, key: NodeKey) {
+        Arc::make_mut(&mut self.pins).insert(key);
+    }
+
     /// Pins the copies of pinned nodes.
     pub(super) fn pin_copies<'a>(&mut self, copies: impl Iterator<Item = (&'a NodeKey, &'a NodeKey)>) {
         for (copy, original) in copies {

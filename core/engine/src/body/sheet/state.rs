@@ -6,7 +6,7 @@ use super::{Edges, Sheet};
 use crate::body::lattice::{DrivenNode, LatticeError};
 use crate::body::model::Model;
 use pliant_solver::{Nodes, System};
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 /// Saved state of a sheet without its nodes; large arrays are shared until they change. Fields are those of [`Sheet`].
@@ -18,6 +18,7 @@ pub struct SheetState {
     driven: Vec<DrivenNode>,
     active: bool,
     paint: SheetPaint,
+    welds: Arc<BTreeMap<u32, u32>>,
 }
 
 impl Sheet {
@@ -30,6 +31,7 @@ impl Sheet {
             driven: self.driven.clone(),
             active: self.active,
             paint: self.paint.clone(),
+            welds: Arc::clone(&self.welds),
         }
     }
 
@@ -45,11 +47,12 @@ impl Sheet {
         system: &mut System,
     ) -> Result<(), LatticeError> {
         let same = Arc::ptr_eq(&self.material, &state.material) && system.nodes.rest == nodes.rest;
-        let SheetState { order, material, clamped, driven, active, paint } = state.clone();
+        let SheetState { order, material, clamped, driven, active, paint, welds } = state.clone();
+        let same = same && self.welds == welds;
         let same_factors = Arc::ptr_eq(&self.paint.factors, &paint.factors);
         (self.order, self.material, self.clamped, self.driven, self.active) =
             (order, material, clamped, driven, active);
-        self.paint = paint;
+        (self.paint, self.welds) = (paint, welds);
         self.has_changed = false;
         system.nodes.clone_from(nodes);
         if !self.active || same && same_factors {

@@ -11,6 +11,7 @@
 mod anchor;
 mod apply;
 mod crossing;
+mod heal;
 mod node_assignment;
 mod slivers;
 mod voxel_points;
@@ -74,6 +75,8 @@ pub struct Fragments {
     copies: HashMap<u64, u32>,
     /// Copies that the last cut has made.
     pub new_copies: Vec<NewCopy>,
+    /// Nodes that the last change has made one with another, and that other.
+    pub merged: Vec<(NodeKey, NodeKey)>,
 }
 
 /// A cell that was cut or is next to a cut.

@@ -46,7 +46,11 @@ impl Fragments {
         let sets = DisjointSets::new(total as usize);
         let mut classes = CornerClasses { sets, first, grid_nodes: BTreeMap::new() };
         ids.iter().for_each(|id| self.unite_with_neighbours(*id, &mut classes));
-        let key_of = self.name_classes(&nodes, classes, &self.previous_nodes(&ids));
+        let previous = self.previous_nodes(&ids);
+        let key_of = self.name_classes(&nodes, classes, &previous);
+        let is_new = |key: &NodeKey| self.new_copies.iter().any(|new| new.key == *key);
+        let renamed = previous.iter().zip(&key_of).filter(|(old, new)| old != new && !is_new(new));
+        self.merged = renamed.map(|(old, new)| (*old, *new)).collect();
         let mut changed: BTreeSet<u64> = near.iter().copied().collect();
         let mut corner = 0;
         for id in &ids {

@@ -124,6 +124,27 @@ impl Voxels {
         }
     }
 
+    /// Links again the voxels that were parted within `radius` (m) of a rest position (m). Returns whether there were any.
+    pub(super) fn heal(&mut self, centre: Vec3, radius: f64) -> bool {
+        let mut has_healed = false;
+        for axis in 0..3 {
+            let mut beyond = self.points.beyond[axis].iter();
+            for voxel in 0..COUNT {
+                let other = next(voxel, axis).map(|other| self.points.own[other]);
+                let Some(to) = other.or_else(|| beyond.next().copied()) else { continue };
+                let middle = 0.5 * (self.points.own[voxel] + to);
+                if self.linked[axis] >> voxel & 1 == 0 && (middle - centre).norm() <= radius {
+                    self.linked[axis] |= 1 << voxel;
+                    has_healed = true;
+                }
+            }
+        }
+        if has_healed && self.linked == [u64::MAX; 3] {
+            self.blade.clear();
+        }
+        has_healed
+    }
+
     /// Labels the connected sets of solid voxels as fragments, in the order of their first voxels.
     pub(super) fn label(&mut self) {
         let mut sets = DisjointSets::new(COUNT);

@@ -1,0 +1,63 @@
+//! Stitching of a body: nodes that face each other across a cut, or on two borders of a sheet, become one.
+
+use super::{Body, Discretization, LatticeError};
+use pliant_solver::Vec3;
+use std::sync::Arc;
+
+/// Largest distance at which nodes are joined, in edges of the discretization.
+const JOIN_DISTANCE: f64 = 0.25;
+
+/// What a stitch has found.
+#[derive(Clone, Debug, Default)]
+pub struct Seam {
+    /// Whether nodes have been joined. Nodes then have other numbers from the next change of the body on.
+    pub has_joined: bool,
+    /// Pairs of nodes that face each other and are too far apart to be joined.
+    pub apart: Vec<[u32; 2]>,
+}
+
+impl Body {
+    /// Joins nodes that face each other within `radius` (m) of a point of the rest shape (m), where they are near enough.
+    ///
+    /// # Errors
+    /// Returns the error of the grid or material plugin.
+    pub fn stitch(&mut self, point: Vec3, radius: f64) -> Result<Seam, LatticeError> {
+        let centre = self.embed_point(point)?.now;
+        let join = JOIN_DISTANCE * self.discretization.edge();
+        match &mut self.discretization {
+            Discretization::Sheet(sheet) => {
+                let pairs = sheet.facing_nodes(&self.model, &self.system.nodes, centre, radius);
+                let x = &self.system.nodes.x;
+                let is_near = |[a, b]: &[u32; 2]| (x[*a as usize] - x[*b as usize]).norm() <= join;
+                let (near, apart): (Vec<_>, Vec<_>) = pairs.into_iter().partition(is_near);
+                if near.is_empty() {
+                    return Ok(Seam { has_joined: false, apart });
+                }
+                sheet.weld(&near, &self.model, &mut self.system)?;
+                self.settle_welds();
+                Ok(Seam { has_joined: true, apart: Vec::new() })
+            }
+            Discretization::Lattice(_) => self.heal(point, radius, join),
+        }
+    }
+
+    /// Moves the vertices of a sheet to their nodes, at rest and at present, after vertices have been welded.
+    fn settle_welds(&mut self) {
+        let Discretization::Sheet(sheet) = &self.discretization else { return };
+        let settled = Arc::make_mut(&mut self.skin.settled);
+        let mut moved: Vec<u32> = Vec::new();
+        for (&vertex, &of) in sheet.welds() {
+            let rest = self.system.nodes.rest[sheet.node_of(of) as usize];
+            for v in [vertex, of] {
+                if settled[v as usize] != rest {
+                    settled[v as usize] = rest;
+                    moved.extend_from_slice(self.model.around(v));
+                }
+            }
+        }
+        moved.sort_unstable();
+        moved.dedup();
+        Arc::make_mut(&mut self.skin.tree).refit(&self.skin.settled, &self.model.surface.triangles, &moved);
+        sheet.embed(&self.system.nodes, &mut self.skin);
+    }
+}
