@@ -352,7 +352,12 @@ impl Session {
     pub fn update_surface(&mut self) {
         let time = self.time();
         for index in 0..self.bodies.len() {
-            if let Err(error) = self.bodies[index].update_skin(&self.workers.all)
+            let body = &mut self.bodies[index];
+            let updated = body.update_skin(&self.workers.all).and_then(|()| match self.obstacles.contacts.get(index) {
+                Some(obstacles) => obstacles.clear_skin(body),
+                None => Ok(()),
+            });
+            if let Err(error) = updated
                 && self.bodies[index].frozen.is_none()
             {
                 self.freeze(index, time, error.to_string());

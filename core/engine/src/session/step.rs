@@ -246,11 +246,6 @@ impl Session {
             StepError::Cancelled => NotMoved::Cancelled,
             StepError::TimedOut => NotMoved::TimedOut,
         })?;
-        if let Some(obstacles) = self.obstacles.contacts.get_mut(index)
-            && let Err(error) = obstacles.correct(&mut self.bodies[index])
-        {
-            return Err(NotMoved::Failed(error.to_string()));
-        }
         if !report.converged {
             let text = || format!("relative residual {:.2e} after {} iterations", report.residual, report.iterations);
             self.events.add(EventKind::NotConverged, time.start, text);

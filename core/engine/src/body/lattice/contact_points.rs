@@ -24,7 +24,7 @@ pub struct ContactSurface<'a> {
     pub nodes: &'a Nodes,
     /// The model.
     pub model: &'a Model,
-    /// Positions of the vertices; those in the cell are updated.
+    /// Positions of the vertices; those in the cell are updated where the grid is not linear.
     pub skin: &'a mut Skin,
     /// Samples of the surface.
     pub samples: &'a Samples,
@@ -54,8 +54,8 @@ impl Lattice {
         Ok(cells)
     }
 
-    /// Calls `visit` with the vertices in an active cell and, where edges are long or there is no vertex, with its samples. Call
-    /// [`Lattice::forget_jets`] first, after nodes have moved.
+    /// Calls `visit` with the vertices in an active cell and, where edges are long or there is no vertex, with its samples. Positions follow from the
+    /// trilinear weights, of which contact knows the derivative, also where the surface is smooth.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
@@ -67,10 +67,19 @@ impl Lattice {
     ) -> Result<(), LatticeError> {
         let ContactSurface { nodes, model, skin, samples, buffers } = surface;
         let corners = self.region.cell_corners[cell as usize];
-        self.embed_cell(cell, nodes, model, skin)?;
         let first = self.set_weights(cell, model)?;
+        let is_nonlinear = self.grid.is_nonlinear();
+        if is_nonlinear {
+            self.embed_cell(cell, nodes, model, skin)?;
+        }
+        let moved = corners.map(|n| nodes.x[n as usize] - nodes.rest[n as usize]);
         for (i, &v) in self.points(cell)?.iter().enumerate() {
-            visit(ContactPoint { nodes: corners, weights: self.weights[first + i], position: skin.x[v as usize] });
+            let weights = self.weights[first + i];
+            let position = match is_nonlinear {
+                true => skin.x[v as usize],
+                false => interpolate(skin.settled[v as usize], &weights, &moved),
+            };
+            visit(ContactPoint { nodes: corners, weights, position });
         }
         if self.longest_edge(cell) <= FINE * self.edge() && !self.points(cell)?.is_empty() {
             return Ok(());
@@ -82,10 +91,20 @@ impl Lattice {
         weights.clear();
         weights.resize(places.len(), [0.0; 8]);
         self.weights_in(places, weights)?;
-        self.embed_places(cell, places, weights, nodes, positions)?;
+        if is_nonlinear {
+            self.embed_places(cell, places, weights, nodes, positions)?;
+        } else {
+            let moved = self.displacements(cell, nodes);
+            positions.extend(places.iter().zip(weights.iter()).map(|(place, w)| interpolate(*place, w, &moved)));
+        }
         for (&weights, &position) in weights.iter().zip(positions.iter()) {
             visit(ContactPoint { nodes: corners, weights, position });
         }
         Ok(())
     }
+}
+
+/// A position (m) moved by displacements (m) of the corners of its cell with these weights.
+fn interpolate(place: Vec3, weights: &[f64; 8], moved: &[Vec3; 8]) -> Vec3 {
+    weights.iter().zip(moved).fold(place, |sum, (w, u)| sum + *w * *u)
 }

@@ -7,6 +7,9 @@
 //! fingertips ([`VertexContact`]): the solver computes the constraint force, one that pulls releases, one outside of the friction cone lets slide.
 //! Where two surfaces meet, as in a corner, a node moves along both.
 //!
+//! The points of a solid follow the trilinear weights, also where its surface is smooth: a constraint whose derivative is not that of the points would do
+//! work on the body. Drawn vertices are moved the few hundredths of a cell out by which the smooth surface differs.
+//!
 //! Points that are inside all the same, because the active set did not settle or a scheme moves before it knows, are moved out after the step.
 
 mod body_contacts;
@@ -17,7 +20,8 @@ pub use body_contacts::BodyContacts;
 pub use placed::PlacedObstacle;
 
 use super::held::{State, VertexContact, is_settled};
-use crate::body::{Body, LatticeError};
+use crate::body::{Body, Discretization, LatticeError};
+use crate::obstacle::Nearest;
 use placed::ContactPlane;
 use pliant_solver::{Constraint, ContactConstraints, System, TrialStep, Vec3};
 use points::{Candidates, Point};
@@ -73,6 +77,8 @@ const TOLERANCE: f64 = 1e-7;
 const FOLLOW: f64 = 1e-4;
 /// Cosine of the angle between two normals above which they count as one.
 const ONE_NORMAL: f64 = 0.95;
+/// Largest depth, in edges of a cell, from which a drawn vertex is moved out.
+const DRAWN: f64 = 0.25;
 /// Number of times that points which are inside after a step are moved out; one move may bring another point in.
 const MAX_CORRECTIONS: usize = 8;
 
@@ -281,24 +287,22 @@ impl ObstacleContacts {
         changed
     }
 
-    /// Moves the points that are deeper in an obstacle than `allowed` (m, 0 or less, for each point) out, and takes their velocity inwards. Obstacles have
-    /// moved for `since` (s) from their positions. Returns whether there were any.
-    fn move_out(&mut self, system: &mut System, since: f64, allowed: impl Fn(&Self, usize) -> f64) -> bool {
-        let mut moved = false;
+    /// Moves the points out that are deeper in an obstacle after the substep than before it, and takes their velocity inwards.
+    fn move_out(&mut self, system: &mut System) {
         for _ in 0..MAX_CORRECTIONS {
             let mut is_done = true;
             for at in 0..self.points.len() {
                 let point = &self.points[at];
                 let index = point.obstacle as usize;
                 let placed = &self.obstacles[index];
-                let now = placed.nearest(point.position(&system.nodes) - since * placed.velocity);
-                let excess = allowed(self, at) - now.distance;
+                let now = placed.nearest(point.position(&system.nodes) - self.dt * placed.velocity);
+                let excess = self.starts[at].1.min(0.0) - now.distance;
                 let free = point.carriers().filter(|(node, _)| !self.fixed[*node as usize]);
                 let squares: f64 = free.clone().map(|(_, w)| w * w).sum();
                 if excess <= self.tolerance || squares == 0.0 {
                     continue;
                 }
-                (is_done, moved) = (false, true);
+                is_done = false;
                 let inwards = (point.mean(|i| system.nodes.v[i]) - placed.velocity).dot(&now.normal).min(0.0);
                 for (node, weight) in free {
                     let (i, share) = (node as usize, weight / squares);
@@ -311,22 +315,23 @@ impl ObstacleContacts {
                 break;
             }
         }
-        moved
     }
 
-    /// Moves the points of a solid out that its smooth surface has brought into an obstacle in the step: the solver knows the weights of the grid alone.
+    /// Moves vertices of a solid that is drawn smoothly out of obstacles: contact knows the weights of the grid, from which the smooth surface differs by
+    /// a few hundredths of a cell, and more in a crash. What is deeper than a quarter of a cell is no matter of drawing and stays.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
-    pub fn correct(&mut self, body: &mut Body) -> Result<(), LatticeError> {
-        if body.discretization.sheet().is_some() || self.points.is_empty() {
-            return Ok(());
-        }
-        let deepest = self.starts.iter().fold(0.0, |least: f64, (_, gap)| least.min(*gap));
-        for _ in 0..MAX_CORRECTIONS {
-            self.candidates.list(body, &mut self.points)?;
-            if !self.move_out(&mut body.system, 0.0, |_, _| deepest) {
-                break;
+    pub fn clear_skin(&self, body: &mut Body) -> Result<(), LatticeError> {
+        let Body { discretization: Discretization::Lattice(lattice), skin, .. } = body else { return Ok(()) };
+        for &(obstacle, cell) in self.candidates.near() {
+            let placed = &self.obstacles[obstacle as usize];
+            for &v in lattice.points(cell)? {
+                let Nearest { distance, normal } = placed.nearest(skin.x[v as usize]);
+                if distance < 0.0 && distance > -DRAWN * lattice.edge() {
+                    skin.x[v as usize] -= distance * normal;
+                    skin.pages.mark(v);
+                }
             }
         }
         Ok(())
@@ -425,7 +430,7 @@ impl ContactConstraints for ObstacleContacts {
 
     fn end(&mut self, system: &mut System, reaction: &mut [Vec3]) {
         self.previous.clear();
-        let (dt, share) = (self.dt, self.dt / self.span);
+        let share = self.dt / self.span;
         for contact in &self.contacts {
             let i = contact.node as usize;
             let index = contact.tips.0;
@@ -467,7 +472,7 @@ impl ContactConstraints for ObstacleContacts {
             system.nodes.prescribed[i] = Vec3::zeros();
         }
         self.previous.sort_unstable_by_key(|last| last.node);
-        self.move_out(system, dt, |this, at| this.starts[at].1.min(0.0));
+        self.move_out(system);
         for placed in &mut self.obstacles {
             placed.position += self.dt * placed.velocity;
         }

@@ -16,7 +16,7 @@ pub(super) struct Point {
     pub weights: [f64; 8],
     /// Number of nodes: 1 on a sheet, 8 in a cell.
     pub count: u8,
-    /// Position less the weighted sum of its nodes' positions, m: what a smooth surface adds.
+    /// Position less the weighted sum of its nodes' positions, m.
     pub offset: Vec3,
     /// Index of the obstacle.
     pub obstacle: u32,
@@ -129,17 +129,16 @@ impl Candidates {
         self.list(body, points)
     }
 
+    /// Obstacles and cells or vertices that were found near each other.
+    pub fn near(&self) -> &[(u32, u32)] {
+        &self.near
+    }
+
     /// Replaces `points` by those of the carriers that were found near, where they are now.
-    ///
-    /// # Errors
-    /// Returns the error of the grid plugin.
-    pub fn list(&mut self, body: &mut Body, points: &mut Vec<Point>) -> Result<(), LatticeError> {
+    fn list(&mut self, body: &mut Body, points: &mut Vec<Point>) -> Result<(), LatticeError> {
         points.clear();
         let Body { discretization, model, skin, system, samples, .. } = body;
         let nodes = &system.nodes;
-        if let (Discretization::Lattice(lattice), false) = (&mut *discretization, self.near.is_empty()) {
-            lattice.forget_jets();
-        }
         for &(obstacle, carrier) in &self.near {
             let Discretization::Lattice(lattice) = discretization else {
                 let (weights, offset) = ([1.0; 8], Vec3::zeros());
