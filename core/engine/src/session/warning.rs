@@ -276,12 +276,12 @@ impl OverlapDetection {
                 let [a, b] = [&self.bodies[i], &self.bodies[j]];
                 let message = match code {
                     WarningCode::BodiesOverlap => format!(
-                        "the boxes of bodies `{}` and `{}` overlap at the start: bodies meet tools and not each other, so they pass through \
+                        "the boxes of bodies `{}` and `{}` overlap at the start: bodies meet tools and obstacles and not each other, so they pass through \
                          each other; move one of them, or make them one model",
                         a.name, b.name
                     ),
                     _ => format!(
-                        "the boxes of bodies `{}` and `{}` came together by {time:.4} s: bodies meet tools and not each other, so they \
+                        "the boxes of bodies `{}` and `{}` came together by {time:.4} s: bodies meet tools and obstacles and not each other, so they \
                          pass through each other",
                         a.name, b.name
                     ),
