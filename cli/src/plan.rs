@@ -41,6 +41,8 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
             edges => format!(", open: {edges} border edges"),
         };
         lines.push(format!("body `{name}`: {vertices} vertices, {triangles} triangles, {discretization}{border}"));
+        let divided = choices.subdivisions.iter().filter(|s| s.body == *name);
+        lines.extend(divided.map(|s| format!("  faces divided {} times: {}", s.level, s.why)));
         lines.extend(
             choices.levels.iter().filter(|l| l.body == *name).map(|l| format!("  level {}: {}", l.level, l.why)),
         );

@@ -42,6 +42,7 @@ impl CutMesh {
         let new_normals = [new_normals, &turned.added].concat();
         let patch = Patch {
             positions: &new,
+            colours: &[],
             texcoords: &self.texcoords[self.uncut.texcoords..],
             normals: &new_normals,
             faces: self.changed_faces(document, &original, &number, &turned),

@@ -23,6 +23,11 @@ pub(super) fn triangulate(polygon: &[Vec3], pieces: &mut Vec<[usize; 3]>) {
     }
 }
 
+/// Whether a quad (4 x 3) has no corner that turns inwards.
+pub(super) fn is_convex(quad: &[Vec3; 4]) -> bool {
+    Plane::new(quad).is_some_and(|plane| SPLITS.iter().all(|split| plane.least_turn(split) > plane.small))
+}
+
 /// Splits a quad (4 x 3) along the diagonal that is no side of the triangle `half`; `None` if that would invert a triangle.
 pub(super) fn split_otherwise(quad: &[Vec3; 4], half: [usize; 3]) -> Option<[[usize; 3]; 2]> {
     let plane = Plane::new(quad)?;

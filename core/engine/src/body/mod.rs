@@ -37,7 +37,7 @@ pub use lattice::{
     RegionSettings, Repair,
 };
 pub use look::{ABSENT, CAP, TriangleLook};
-pub use model::Model;
+pub use model::{Model, Subdivision};
 pub use pages::{PAGE, PageStamps};
 pub use painted_factors::{FactorChange, PaintedFactors};
 pub use reshape::RestChange;

@@ -6,6 +6,15 @@ use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{Finding, ObjDocument, Placement, Surface, check};
 use std::collections::HashMap;
 
+/// How often the faces of a model's file were divided into four, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Subdivision {
+    /// Number of times.
+    pub levels: u32,
+    /// Reason, for people.
+    pub why: String,
+}
+
 /// A model placed in the scene. It changes when a blade cuts it, not when the body deforms.
 #[derive(Clone)]
 pub struct Model {
@@ -17,6 +26,8 @@ pub struct Model {
     pub surface: Surface,
     /// Defects of the mesh in the file.
     pub findings: Vec<Finding>,
+    /// What the scene's `subdivide` came to.
+    pub subdivision: Option<Subdivision>,
     /// Triangles around vertex v of the file: `around[start[v]..start[v + 1]]`.
     start: Vec<u32>,
     around: Vec<u32>,
@@ -60,6 +71,7 @@ impl Model {
             placement,
             surface,
             findings,
+            subdivision: None,
             start,
             around,
             pages: PageStamps::default(),

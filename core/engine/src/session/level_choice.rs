@@ -14,12 +14,12 @@ const FINEST: u32 = 8;
 /// Level of a body that no tool touches, if it has few enough cells.
 const WITHOUT_TOOL: u32 = 6;
 
-/// The level of a body's grid, and why it was chosen.
+/// The level of a body's grid or of its subdivision, and why it was chosen.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LevelChosen {
     /// Name of the body.
     pub body: String,
-    /// Number of the level: 2^(level - 1) cells along the longest edge of the body.
+    /// Of a grid, with 2^(level - 1) cells along the longest edge of the body; or how often faces were divided into four.
     pub level: u32,
     /// Reason for the choice, for people.
     pub why: String,

@@ -44,6 +44,13 @@ impl ModelCheck<'_> {
         self.check(document_bytes(document), counts)
     }
 
+    /// Checks a document before its faces are divided into four.
+    pub(super) fn subdivision(&self, document: &ObjDocument) -> Result<(), SessionError> {
+        let faces = document.faces_subdivided();
+        let what = || format!("the model {} subdivided to {faces} faces", document.name().display());
+        self.check(4 * document_bytes(document), what)
+    }
+
     /// Checks a shape before it is generated.
     pub(super) fn shape(&self, shape: &ShapeScene) -> Result<(), SessionError> {
         if shape.cells.max(shape.rows) > MAX_CELLS {

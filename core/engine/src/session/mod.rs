@@ -26,6 +26,7 @@ mod sheets;
 mod sleep;
 mod step;
 mod step_limits;
+mod subdivision;
 mod stiffness;
 mod tactile;
 mod thread_choice;
@@ -191,6 +192,8 @@ pub struct Choices {
     pub contacts: Vec<ContactChoice>,
     /// Levels of grids that `level = "auto"` chose.
     pub levels: Vec<LevelChosen>,
+    /// How often the faces of bodies with `subdivide` were divided.
+    pub subdivisions: Vec<LevelChosen>,
     /// Preconditioner of each body; empty for explicit schemes.
     pub preconditioners: Vec<PreconditionerChosen>,
 }

@@ -12,14 +12,14 @@ use super::workers::Workers;
 use super::{
     Choices, Clock, DeviceSlot, EventKind, Events, Frame, Loaded, Scratch, Session, SessionError, ToolSlot, place,
 };
-use crate::body::{Body, Discretization, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin, StiffnessFactor};
+use crate::body::{Body, Discretization, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin, StiffnessFactor, Subdivision};
 use crate::contact::{Friction, SheetTips};
 use crate::edit::BladeEdge;
 use crate::memory::{MemoryAccount, MemoryBudget, document_bytes};
 use crate::plan::Plan;
 use crate::recording::RecordedHands;
 use crate::scene::{
-    BladeScene, BodyScene, DeviceScene, EditScene, Extent, FixedScene, GridLevel, Scene, Source, ToolScene, settings,
+    BladeScene, BodyScene, DeviceScene, EditScene, Extent, FixedScene, Level, Scene, Source, ToolScene, settings,
 };
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool};
 use bytemuck::cast_slice;
@@ -122,12 +122,17 @@ impl Session {
             regions: plan.tools.len() + plan.mirrors.len(),
             is_implicit: scene.time.integrator.scheme().is_none_or(Scheme::is_implicit),
         };
-        let mut models = Vec::new();
+        let (mut models, mut subdivisions) = (Vec::new(), Vec::new());
         for (i, body) in scene.body.iter().enumerate() {
             let instead = options.mesh.as_deref().filter(|_| i == 0);
-            let key = || place::model_key(body, source, instead);
+            let smallest = opening.tool_radii.smallest;
+            let key = || place::model_key(body, source, instead, smallest);
             opening.memory.add_body(body.name.get_ref());
-            let model = shared.model(key, || place::model(body, source, instead, &opening.memory))?;
+            let model = shared.model(key, || place::model(body, source, instead, &opening.memory, smallest))?;
+            if let Some(Subdivision { levels, why }) = &model.model.subdivision {
+                let body = body.name.get_ref().clone();
+                subdivisions.push(LevelChosen { body, level: *levels, why: why.clone() });
+            }
             opening.memory.body(i).model = document_bytes(&model.model.document);
             opening.report_defects(body.name.get_ref(), &model.model);
             models.push((body.name.get_ref().clone(), model));
@@ -168,6 +173,7 @@ impl Session {
                 threads,
                 contacts: Vec::new(),
                 levels: opening.levels,
+                subdivisions,
                 preconditioners: Vec::new(),
             },
             memory: opening.memory.into_bodies(),
@@ -452,8 +458,8 @@ impl Opening<'_> {
             Extent::Local => scene.grid.radius.as_ref().map(|r| r.get_ref().si),
         };
         let level = match *scene.grid.level.get_ref() {
-            GridLevel::At(level) => level,
-            GridLevel::Auto => {
+            Level::At(level) => level,
+            Level::Auto => {
                 let (level, why) = choose_level(&shared.model.surface, self.tool_radii, radius);
                 self.levels.push(LevelChosen { body: name.clone(), level, why });
                 level

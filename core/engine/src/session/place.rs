@@ -4,6 +4,7 @@ use super::SessionError;
 use super::memory_checks::ModelCheck;
 use super::ray_miss::{self, Ray};
 use super::shared::SharedModel;
+use super::subdivision::subdivide;
 use crate::body::{CellCorners, Discretization, Fixing, Model, Place, Warp};
 use crate::memory::MemoryAccount;
 use crate::scene::{
@@ -22,12 +23,13 @@ use std::path::Path;
 use toml::Spanned;
 
 /// Loads the model of a body, within the memory that `account` has left. `instead` is a replacement file, scaled to the bounding box of the
-/// body's own model.
+/// body's own model. `smallest` is the radius of the smallest tool, m, 0 without one.
 pub(super) fn model(
     scene: &BodyScene,
     source: &Source,
     instead: Option<&Path>,
     account: &MemoryAccount,
+    smallest: f64,
 ) -> Result<Model, SessionError> {
     let check = ModelCheck { scene, source, account };
     let read = |path: &Path| -> Result<ObjDocument, SessionError> {
@@ -53,10 +55,16 @@ pub(super) fn model(
         (None, None) => None,
     };
     let placement = document.as_ref().map(|d| placement(scene, source, d)).transpose()?;
+    let make = |document: ObjDocument, placement: Placement| {
+        let (document, subdivision) = subdivide(&check, document, placement.scale, smallest)?;
+        let mut model = Model::new(document, placement);
+        model.subdivision = subdivision;
+        Ok(model)
+    };
     match (document, placement, instead) {
         (Some(document), Some(placement), None) => {
             check.document(&document)?;
-            Ok(Model::new(document, placement))
+            make(document, placement)
         }
         (own, placement, Some(path)) => {
             let document = read(path)?;
@@ -76,14 +84,19 @@ pub(super) fn model(
             };
             let fit = Placement::fit(&bounds, size).map_err(|error| of_mesh(scene, &document, error))?;
             let translation = rotation * fit.translation + centre;
-            Ok(Model::new(document, Placement { rotation, translation, ..fit }))
+            make(document, Placement { rotation, translation, ..fit })
         }
         _ => Err(source.whole(format!("body `{}` has no model", scene.name.get_ref())).into()),
     }
 }
 
 /// Cache key of [`model`] with all of its inputs; `None` for a model the program passes in memory, whose name does not identify it.
-pub(super) fn model_key(scene: &BodyScene, source: &Source, instead: Option<&Path>) -> Option<String> {
+pub(super) fn model_key(
+    scene: &BodyScene,
+    source: &Source,
+    instead: Option<&Path>,
+    smallest: f64,
+) -> Option<String> {
     if scene.mesh.as_ref().is_some_and(|mesh| source.documents.contains_key(mesh.get_ref())) {
         return None;
     }
@@ -92,7 +105,8 @@ pub(super) fn model_key(scene: &BodyScene, source: &Source, instead: Option<&Pat
     let (size, scale) = (scene.size.as_ref().map(|s| s.get_ref().si), scene.scale.as_ref().map(|s| *s.get_ref()));
     let rotation = scene.rotation.as_ref().map(|r| (*r.axis.get_ref(), r.angle.si));
     let position = scene.position.map(|p| p.map(|c| c.si));
-    Some(format!("{mesh:?} {shape:?} {size:?} {scale:?} {rotation:?} {position:?} {instead:?}"))
+    let subdivide = scene.subdivide.as_ref().map(|levels| (*levels.get_ref(), smallest));
+    Some(format!("{mesh:?} {shape:?} {size:?} {scale:?} {rotation:?} {position:?} {instead:?} {subdivide:?}"))
 }
 
 pub(super) fn of_mesh(scene: &BodyScene, document: &ObjDocument, error: MeshError) -> SessionError {

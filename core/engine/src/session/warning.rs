@@ -158,7 +158,7 @@ impl Session {
         (!tally.is_shown && tally.depth > 0.0 && edit.kind.name() == "touch").then(|| {
             let text = format!(
                 "the {name} of tool `{tool}` pressed body `{body}` {:.3} mm deep and moved no vertex near the tool: its triangles are too \
-                 large to show a dent; subdivide the model before it is used",
+                 large to show a dent; give the body `subdivide = \"auto\"`",
                 1e3 * tally.depth
             );
             (WarningCode::MovesNoVertex, text)

@@ -11,6 +11,7 @@ mod number;
 mod parse;
 mod part;
 mod patch;
+mod subdivide;
 #[cfg(test)]
 mod tests;
 mod write;

@@ -16,6 +16,8 @@ use crate::geometry::Vec3;
 pub struct Patch<'a> {
     /// New `v` rows (file units).
     pub positions: &'a [Vec3],
+    /// Red, green and blue of the new `v` rows, 0 to 1; empty if they have none.
+    pub colours: &'a [[f64; 3]],
     /// New `vt` rows.
     pub texcoords: &'a [[f64; 2]],
     /// New `vn` rows.
@@ -235,7 +237,12 @@ fn rows(
         }
         Ok(())
     };
-    patch.positions.iter().try_for_each(|values| row("v", values.as_slice()))?;
+    for (i, values) in patch.positions.iter().enumerate() {
+        match patch.colours.get(i) {
+            Some([red, green, blue]) => row("v", &[values.x, values.y, values.z, *red, *green, *blue])?,
+            None => row("v", values.as_slice())?,
+        }
+    }
     patch.texcoords.iter().try_for_each(|values| row("vt", values))?;
     patch.normals.iter().try_for_each(|values| row("vn", values.as_slice()))?;
     let mut now = there;

@@ -1,6 +1,6 @@
 //! The `[[body]]` entries of a scene file: model, material, discretization, fixings and fields.
 
-use super::{Angle, GridLevel, Length, Time};
+use super::{Angle, Level, Length, Time};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -26,6 +26,10 @@ pub struct BodyScene {
     /// Metres per unit of the file, instead of `size` (0.01 if the file is in cm).
     #[schemars(with = "Option<f64>")]
     pub scale: Option<Spanned<f64>>,
+    /// How often every face is divided into four before the model is used: a number, or `auto` for sides of at most half the radius of the smallest
+    /// tool. Results have the divided faces.
+    #[schemars(with = "Option<Level>")]
+    pub subdivide: Option<Spanned<Level>>,
     /// Position of the model's origin or, with `size`, of the centre of its box.
     #[serde(default)]
     pub position: Option<[Length; 3]>,
@@ -176,8 +180,8 @@ pub struct GridScene {
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub params: BTreeMap<String, Spanned<toml::Value>>,
     /// Grid level that is simulated: 2^(level - 1) cells along the longest edge of the body, or `auto`.
-    #[schemars(with = "GridLevel")]
-    pub level: Spanned<GridLevel>,
+    #[schemars(with = "Level")]
+    pub level: Spanned<Level>,
     /// Which cells are simulated: those around contacts (`local`) or all (`whole`).
     pub region: Extent,
     /// Radius of a local region; 10 cells by default.
@@ -195,7 +199,7 @@ impl Default for GridScene {
         Self {
             plugin: Spanned::new(0..0, "octree-grid".into()),
             params: BTreeMap::new(),
-            level: Spanned::new(0..0, GridLevel::Auto),
+            level: Spanned::new(0..0, Level::Auto),
             region: Extent::Local,
             radius: None,
             relaxation: Spanned::new(0..0, Time::new(0.01)),

@@ -2,13 +2,13 @@
 
 mod body;
 mod edit;
-mod grid_level;
+mod level;
 mod hand;
 mod obstacle;
 
 pub use body::*;
 pub use edit::*;
-pub use grid_level::GridLevel;
+pub use level::Level;
 pub use hand::*;
 pub use obstacle::*;
 

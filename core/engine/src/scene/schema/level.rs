@@ -1,20 +1,20 @@
-//! The level of a grid, in a scene.
+//! A level in a scene: of a grid, or of subdivision.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error, Visitor};
 use std::borrow::Cow;
 use std::fmt;
 
-/// The level of a body's grid that is simulated.
+/// A level, or that it is chosen when the scene is opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GridLevel {
-    /// Cells of at most half the radius of the smallest tool, within a number of cells.
+pub enum Level {
+    /// The coarsest that is at most half as wide as the smallest tool's radius, within a number of cells or faces.
     Auto,
-    /// 2^(level - 1) cells along the longest edge of the body.
+    /// This one.
     At(u32),
 }
 
-impl GridLevel {
+impl Level {
     /// The level that is given; `None` if it is chosen when the scene is opened.
     pub fn given(self) -> Option<u32> {
         match self {
@@ -24,26 +24,26 @@ impl GridLevel {
     }
 }
 
-impl<'de> Deserialize<'de> for GridLevel {
+impl<'de> Deserialize<'de> for Level {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         struct Read;
         impl Visitor<'_> for Read {
-            type Value = GridLevel;
+            type Value = Level;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("a level: a whole number from 1, or \"auto\"")
             }
 
-            fn visit_i64<E: Error>(self, value: i64) -> Result<GridLevel, E> {
+            fn visit_i64<E: Error>(self, value: i64) -> Result<Level, E> {
                 let level = u32::try_from(value).ok().filter(|level| *level > 0);
                 level
-                    .map(GridLevel::At)
+                    .map(Level::At)
                     .ok_or_else(|| E::custom(format!("level {value}; allowed is a whole number from 1, or \"auto\"")))
             }
 
-            fn visit_str<E: Error>(self, text: &str) -> Result<GridLevel, E> {
+            fn visit_str<E: Error>(self, text: &str) -> Result<Level, E> {
                 match text {
-                    "auto" => Ok(GridLevel::Auto),
+                    "auto" => Ok(Level::Auto),
                     other => Err(E::custom(format!("level {other:?}; allowed is a whole number from 1, or \"auto\""))),
                 }
             }
@@ -52,13 +52,13 @@ impl<'de> Deserialize<'de> for GridLevel {
     }
 }
 
-impl JsonSchema for GridLevel {
+impl JsonSchema for Level {
     fn inline_schema() -> bool {
         true
     }
 
     fn schema_name() -> Cow<'static, str> {
-        "GridLevel".into()
+        "Level".into()
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
