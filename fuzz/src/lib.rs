@@ -1,5 +1,6 @@
 //! What each fuzz target does with its bytes. A target must not panic, whatever they are.
 
+use pliant_batch::Sweep;
 use pliant_engine::scene;
 use pliant_exoskeleton::key::Key;
 use pliant_exoskeleton::wire::{TaxelLayout, read_command, read_pose};
@@ -7,7 +8,10 @@ use pliant_mesh::{GreyImage, ObjDocument, Surface, check};
 use pliant_record::Recording;
 use std::path::Path;
 
-/// A model: what is read is written back byte for byte, and can be looked at.
+/// Largest number of faces to which a model is subdivided.
+const MOST_FACES: usize = 10_000;
+
+/// A model: what is read is written back byte for byte, can be looked at, and subdivided.
 pub fn obj(bytes: &[u8]) {
     let Ok(document) = ObjDocument::parse(bytes.to_vec(), Path::new("fuzzed.obj")) else { return };
     let mut out = Vec::new();
@@ -15,6 +19,11 @@ pub fn obj(bytes: &[u8]) {
     assert!(out == bytes, "an unedited document changed");
     let surface = Surface::from_document(&document);
     check(&surface, &document);
+    let faces = document.faces_subdivided();
+    if faces <= MOST_FACES {
+        let fine = document.subdivided().expect("it is read again");
+        assert!(fine.face_count() == faces && fine.positions().starts_with(document.positions()));
+    }
 }
 
 /// An image: what is read has values from 0 to 1 at all texture coordinates.
@@ -29,6 +38,14 @@ pub fn image(bytes: &[u8]) {
 pub fn scene(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     if let Err(error) = scene::load_text(Path::new("fuzzed.toml"), text.to_owned(), &[]) {
+        assert!(!error.to_string().is_empty());
+    }
+}
+
+/// A file of a batch. Its base scenes are looked for beside it, where there are none.
+pub fn sweep(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    if let Err(error) = Sweep::parse(Path::new("no-such-folder/fuzzed.toml"), text.to_owned()) {
         assert!(!error.to_string().is_empty());
     }
 }

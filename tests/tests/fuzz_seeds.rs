@@ -36,10 +36,11 @@ fn run(name: &str, target: Target) -> usize {
 
 #[test]
 fn no_target_fails_on_its_seeds() {
-    let all: [(&str, Target); 6] = [
+    let all: [(&str, Target); 7] = [
         ("obj", targets::obj),
         ("image", targets::image),
         ("scene", targets::scene),
+        ("sweep", targets::sweep),
         ("recording", targets::recording),
         ("datagram", targets::datagram),
         ("quantity", targets::quantity),
