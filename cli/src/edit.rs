@@ -64,6 +64,9 @@ fn window_arguments(cli: &Cli, args: &EditArgs) -> Vec<std::ffi::OsString> {
     if let Some(seconds) = args.measure {
         add("--measure", &seconds.to_string());
     }
+    if args.subdivide {
+        list.push("--subdivide".into());
+    }
     if args.without_window {
         list.push("--without-window".into());
     }

@@ -13,6 +13,7 @@ usage: pliant edit [MODEL.obj | SCENE.toml] [options]
   --threads N          threads of the simulation; 0 uses all processors
   --unit UNIT          length of a unit of the file: m, cm, mm or in; guessed from the size by default
   --level N            level of the grid in a solid: 2^(N - 1) cells along its longest edge; 6 by default
+  --subdivide          divide large faces of a model until a touch shows; the saved model has the divided faces
   --antialias N        samples of a pixel: 0, 2, 4 or 8; 4 by default, 0 is faster without a graphics card
   --autosave DIR       where shapes are kept after each stroke; by default with the user's other state
   --log FILE           write what happens in the window, a line of JSON for each event
@@ -35,6 +36,8 @@ pub struct Arguments {
     pub unit: Option<LengthUnit>,
     /// Level of the grid.
     pub level: u32,
+    /// Whether large faces of a model are divided.
+    pub subdivide: bool,
     /// Samples of a pixel.
     pub antialias: u16,
     /// Where shapes are kept after each stroke; `None`: with the user's other state.
@@ -58,6 +61,7 @@ impl Default for Arguments {
             threads: 0,
             unit: None,
             level: 6,
+            subdivide: false,
             antialias: 4,
             autosave: None,
             log: None,
@@ -77,6 +81,7 @@ impl Arguments {
             threads: self.threads,
             unit: self.unit,
             level: self.level,
+            subdivide: self.subdivide,
             autosave: self.autosave.clone(),
             ..OpenRequest::new(self.path.clone().unwrap_or_default())
         }
@@ -97,6 +102,7 @@ impl Arguments {
                 "--threads" => parsed.threads = number(&argument, &next()?, 0..=1024)?,
                 "--unit" => parsed.unit = Some(unit(&next()?)?),
                 "--level" => parsed.level = number(&argument, &next()?, 2..=10)?,
+                "--subdivide" => parsed.subdivide = true,
                 "--antialias" => parsed.antialias = antialias(&next()?)?,
                 "--autosave" => parsed.autosave = Some(next()?.into()),
                 "--log" => parsed.log = Some(next()?.into()),

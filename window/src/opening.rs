@@ -30,6 +30,8 @@ pub struct OpenRequest {
     pub unit: Option<LengthUnit>,
     /// Solid or sheet; `None`: by what the model encloses.
     pub substance: Option<Substance>,
+    /// Whether large faces of a model are divided until a touch shows.
+    pub subdivide: bool,
     /// What a solid is made of.
     pub solid: SolidPreset,
     /// Plugin of a solid's material.
@@ -76,6 +78,7 @@ impl OpenRequest {
             threads: 0,
             unit: None,
             substance: None,
+            subdivide: false,
             solid: SOLIDS[DEFAULT_SOLID],
             solid_plugin: "mass-spring".into(),
             fabric: DEFAULT_FABRIC.into(),
@@ -173,7 +176,8 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     };
     let dt = if taken_as == Substance::Solid { STEP } else { SHEET_STEP };
     let mesh = std::path::absolute(file).unwrap_or_else(|_| file.clone());
-    let draft = Draft { mesh, scale: unit.metres(), size: extent * unit.metres(), material, dt };
+    let (subdivide, scale) = (request.subdivide, unit.metres());
+    let draft = Draft { mesh, scale, size: extent * scale, subdivide, material, dt };
     let folder = std::path::absolute(&request.path).unwrap_or_else(|_| request.path.clone());
     let text = draft.to_toml(folder.parent().unwrap_or(Path::new("/")));
     let facts = ModelFacts {
@@ -224,7 +228,8 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     } else {
         DraftMaterial::Solid { plugin: request.solid_plugin.clone(), preset, level: request.level }
     };
-    let draft = Draft { mesh: PathBuf::new(), scale: 1.0, size, material, dt: scene.time.dt.get_ref().si };
+    let dt = scene.time.dt.get_ref().si;
+    let draft = Draft { mesh: PathBuf::new(), scale: 1.0, size, subdivide: false, material, dt };
     let hand = draft.hand();
     give_hand(&mut document, &hand);
     let facts = ModelFacts {

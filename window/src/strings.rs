@@ -67,6 +67,11 @@ pub const DAMPING: &str = "Damping time";
 pub const FABRIC: &str = "Fabric";
 /// See [`PRESET`].
 pub const LEVEL: &str = "Grid level";
+/// Whether large faces are divided.
+pub const SUBDIVIDE: &str = "Divide large faces";
+/// See [`SUBDIVIDE`].
+pub const SUBDIVIDE_HINT: &str =
+    "Divides every face into four, as often as it takes for a dent to show. The saved model has the divided faces.";
 /// See [`PRESET`].
 pub const UNIT: &str = "Unit of the file";
 /// Solid or sheet.

@@ -23,6 +23,9 @@ pub struct EditArgs {
     /// Level of the grid in a solid: 2^(LEVEL - 1) cells along its longest edge [default: 6]
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u32).range(2..=10))]
     pub level: Option<u32>,
+    /// Divide large faces of a model until a touch shows; the saved model has the divided faces
+    #[arg(long)]
+    pub subdivide: bool,
     /// Number of threads; 0 uses all processors
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,

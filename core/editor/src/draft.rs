@@ -41,6 +41,8 @@ pub struct Draft {
     pub scale: f64,
     /// Longest edge of the model's bounding box, m.
     pub size: f64,
+    /// Whether large faces are divided until a touch shows.
+    pub subdivide: bool,
     /// Material of the body.
     pub material: DraftMaterial,
     /// Step, s.
@@ -125,6 +127,9 @@ impl Draft {
         body["name"] = value(BODY);
         body["mesh"] = value(relative(&self.mesh, folder).to_string_lossy().into_owned());
         body["scale"] = value(self.scale);
+        if self.subdivide {
+            body["subdivide"] = value("auto");
+        }
         let mut material = InlineTable::new();
         let mut params = InlineTable::new();
         match &self.material {
@@ -172,7 +177,7 @@ mod tests {
     use pliant_engine::scene;
 
     fn draft(material: DraftMaterial) -> Draft {
-        Draft { mesh: "/models/a \"b\".obj".into(), scale: 0.01, size: 0.1, material, dt: 1e-3 }
+        Draft { mesh: "/models/a \"b\".obj".into(), scale: 0.01, size: 0.1, subdivide: false, material, dt: 1e-3 }
     }
 
     #[test]
@@ -190,6 +195,10 @@ mod tests {
             let flows = matches!(&draft.material, DraftMaterial::Solid { preset, .. } if preset.flow.is_some());
             assert_eq!(scene.body[0].material.params.contains_key("yield-strain"), flows);
             assert_eq!(scene.body[0].sheet.is_some(), draft.substance() == Substance::Sheet);
+            let divided = Draft { subdivide: true, ..draft }.to_toml(Path::new("/models"));
+            let (divided, _) = scene::load_text(Path::new("/models/scene.toml"), divided, &[]).expect("a scene");
+            let asked = |scene: &scene::Scene| scene.body[0].subdivide.as_ref().map(|level| *level.get_ref());
+            assert_eq!((asked(&scene), asked(&divided)), (None, Some(scene::Level::Auto)));
         }
     }
 

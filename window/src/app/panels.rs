@@ -174,6 +174,7 @@ impl App {
             request.substance = Some(substance);
         }
         ui.small(strings::substance_reason(seen.openings, seen.substance == Substance::Sheet));
+        ui.checkbox(&mut request.subdivide, strings::SUBDIVIDE).on_hover_text(strings::SUBDIVIDE_HINT);
         match substance {
             Substance::Solid => solid_controls(ui, request),
             Substance::Sheet => {

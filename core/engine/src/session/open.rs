@@ -12,7 +12,9 @@ use super::workers::Workers;
 use super::{
     Choices, Clock, DeviceSlot, EventKind, Events, Frame, Loaded, Scratch, Session, SessionError, ToolSlot, place,
 };
-use crate::body::{Body, Discretization, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin, StiffnessFactor, Subdivision};
+use crate::body::{
+    Body, Discretization, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin, StiffnessFactor, Subdivision,
+};
 use crate::contact::{Friction, SheetTips};
 use crate::edit::BladeEdge;
 use crate::memory::{MemoryAccount, MemoryBudget, document_bytes};

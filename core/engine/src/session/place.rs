@@ -91,12 +91,7 @@ pub(super) fn model(
 }
 
 /// Cache key of [`model`] with all of its inputs; `None` for a model the program passes in memory, whose name does not identify it.
-pub(super) fn model_key(
-    scene: &BodyScene,
-    source: &Source,
-    instead: Option<&Path>,
-    smallest: f64,
-) -> Option<String> {
+pub(super) fn model_key(scene: &BodyScene, source: &Source, instead: Option<&Path>, smallest: f64) -> Option<String> {
     if scene.mesh.as_ref().is_some_and(|mesh| source.documents.contains_key(mesh.get_ref())) {
         return None;
     }

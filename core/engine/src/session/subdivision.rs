@@ -46,13 +46,13 @@ fn choose(document: &ObjDocument, scale: f64, smallest: f64) -> (u32, String) {
         return (0, "no tool is in use".into());
     }
     let side = document.longest_side() * scale;
-    let wanted = (side / (SIDE_SHARE * smallest)).log2().ceil().max(0.0) as u32;
+    let wanted = (0..u64::BITS).find(|levels| side <= SIDE_SHARE * smallest * (1_u64 << levels) as f64).unwrap_or(0);
     let faces = |levels: u32| match levels {
         0 => document.face_count(),
         more => document.faces_subdivided().saturating_mul(4_usize.saturating_pow(more - 1)),
     };
     let levels = (0..=wanted).rev().find(|levels| faces(*levels) <= MOST_FACES).unwrap_or(0);
-    let [left, tool] = [side / f64::from(1 << levels), smallest].map(|length| 1e3 * length);
+    let [left, tool] = [side / (1_u64 << levels) as f64, smallest].map(|length| 1e3 * length);
     let why = if levels < wanted {
         format!("sides of up to {left:.3} mm; once more would make {} faces, over {MOST_FACES}", faces(levels + 1))
     } else {

@@ -151,7 +151,8 @@ impl Subdivision<'_> {
         if self.positions.rows.len() > known {
             self.colour(&pair(0));
         }
-        let vt = self.texcoords.middle(pair(1), || mean_texcoord(&pair(1).map(|row| document.texcoords()[row as usize])));
+        let vt =
+            self.texcoords.middle(pair(1), || mean_texcoord(&pair(1).map(|row| document.texcoords()[row as usize])));
         let vn = self.normals.middle(pair(2), || mean_normal(&pair(2).map(|row| document.normals()[row as usize])));
         [v, vt, vn]
     }

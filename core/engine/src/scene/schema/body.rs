@@ -1,6 +1,6 @@
 //! The `[[body]]` entries of a scene file: model, material, discretization, fixings and fields.
 
-use super::{Angle, Level, Length, Time};
+use super::{Angle, Length, Level, Time};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;

@@ -2,14 +2,14 @@
 
 mod body;
 mod edit;
-mod level;
 mod hand;
+mod level;
 mod obstacle;
 
 pub use body::*;
 pub use edit::*;
-pub use level::Level;
 pub use hand::*;
+pub use level::Level;
 pub use obstacle::*;
 
 use super::units::{
