@@ -249,3 +249,13 @@ fn borders_that_are_apart_are_drawn_together() {
     assert!(seam(&session) >= 10, "{} pairs are joined: {:?}", seam(&session), session.events.told());
     assert_eq!(session.events.count(EventKind::Quarantine), 0);
 }
+
+#[test]
+fn a_stitch_of_what_is_whole_is_warned_of() {
+    let bench = Bench::new();
+    bench.write("scene.toml", pliant_tests::box_scene("", "", "").replace("kind = \"touch\"", "kind = \"stitch\""));
+    bench
+        .pliant(&["run", "scene.toml", "--out", "out"])
+        .expect(0)
+        .says(&["changes-nothing", "stitch of tool `finger`"]);
+}

@@ -47,6 +47,7 @@ impl Session {
             self.warnings.tallies[index].advances += advances;
             let cut = advances > 0;
             let changed_body = std::mem::take(&mut slot.tool.changed_body);
+            self.warnings.tallies[index].has_changed |= changed_body;
             let kept = edit.release == Release::Keep && !edit.kind.changes_body();
             self.settle(tool, cut || changed_body || kept);
         }

@@ -19,6 +19,8 @@ pub enum WarningCode {
     BodiesOverlap,
     /// The edges of a sheet are longer than an obstacle is wide.
     CoarseSheet,
+    /// A pin, unpin, paint or stitch touched a body and changed nothing of it.
+    ChangesNothing,
     /// An edit cut nothing.
     CutsNothing,
     /// The scene gives no size of a model, and one metre per file unit does not fit the tool.
@@ -46,6 +48,7 @@ impl WarningCode {
             Self::BodiesMeet => "bodies-meet",
             Self::BodiesOverlap => "bodies-overlap",
             Self::CoarseSheet => "coarse-sheet",
+            Self::ChangesNothing => "changes-nothing",
             Self::CutsNothing => "cuts-nothing",
             Self::DoubtfulUnits => "doubtful-units",
             Self::FixesNothing => "fixes-nothing",
@@ -84,6 +87,8 @@ pub(super) struct EditTally {
     steps: u64,
     /// Number of advances of its blade, in time spans that have ended.
     pub(super) advances: usize,
+    /// Whether it has changed a body, in time spans that have ended.
+    pub(super) has_changed: bool,
     /// Largest force on the hand, N.
     force: f64,
     /// Largest depth on a body with a lattice, m.
@@ -153,6 +158,15 @@ impl Session {
                 tally.steps
             );
             return Some((WarningCode::NoForce, text));
+        }
+        let running = self.tools.iter().any(|slot| slot.edit == Some(index) && slot.tool.changed_body);
+        if edit.kind.changes_body() && tally.force > 0.0 && !tally.has_changed && !running {
+            let text = format!(
+                "the {name} of tool `{tool}` touched a body and changed nothing of it in {} steps; give it a larger `radius`, a longer time, or \
+                 something to act on",
+                tally.steps
+            );
+            return Some((WarningCode::ChangesNothing, text));
         }
         let body = &self.bodies.get(tally.body? as usize)?.name;
         (!tally.is_shown && tally.depth > 0.0 && edit.kind.name() == "touch").then(|| {
