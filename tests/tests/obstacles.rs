@@ -221,15 +221,13 @@ impl Fall {
     }
 }
 
+/// 12 falls; those of `FALLS`, as `0..300`, if it is set.
 #[test]
 fn falling_bodies_do_not_enter_obstacles_and_gain_no_energy() {
-    (0..12).for_each(|number| Fall::new(number).check());
-}
-
-#[test]
-#[ignore = "takes some minutes; run with --ignored"]
-fn many_falling_bodies_do_not_enter_obstacles_and_gain_no_energy() {
-    (12..300).for_each(|number| Fall::new(number).check());
+    let range = std::env::var("FALLS").unwrap_or_else(|_| "0..12".into());
+    let (first, end) = range.split_once("..").expect("first..end");
+    let numbers = first.parse().expect("a number")..end.parse().expect("a number");
+    numbers.for_each(|number| Fall::new(number).check());
 }
 
 /// A cloth of 200 mm above what `obstacle` says.

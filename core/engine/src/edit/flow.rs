@@ -6,9 +6,9 @@
 //! the surface points. The current shape follows by the elastic forces.
 
 use super::brush::{Brush, BrushShape};
-use super::touch_stroke::{Due, TouchStroke};
-use super::{Action, BodyPoint, Step};
-use crate::body::{Body, Discretization, EmbeddedPoint, LatticeError, Model, RestChange, Skin};
+use super::touch_stroke::{BodyChange, ChangingTouch, Due};
+use super::{Action, Step};
+use crate::body::{Body, Discretization, LatticeError, Model, RestChange, Skin};
 use crate::plan::Edit;
 use crate::tool::Tool;
 use nalgebra::UnitQuaternion;
@@ -59,13 +59,20 @@ pub(super) enum GoalDisplacement {
     Nodes(fn(&Brush, &Body) -> Vec<Vec3>),
 }
 
+/// Where a brush is.
+struct Brushed {
+    /// Contact point in the rest shape, m.
+    at: Vec3,
+    /// Rotation from axes of the hand to those of the scene.
+    hand: UnitQuaternion<f64>,
+    shape: BrushShape,
+}
+
 /// A flow of the rest shape in progress.
 pub(super) struct RestShapeFlow {
-    shape: BrushShape,
     /// Rate at which the goal is approached, 1/s.
     rate: f64,
     goal: GoalDisplacement,
-    stroke: TouchStroke,
     brush: Brush,
     /// Change of the rest shape (buffer).
     change: RestChange,
@@ -74,57 +81,22 @@ pub(super) struct RestShapeFlow {
 impl RestShapeFlow {
     /// Begins an edit towards `goal`, with the rate `default` (1/s) unless the edit has a `strength`.
     pub fn begin(edit: &Edit, tool: &Tool, default: f64, goal: GoalDisplacement) -> Box<dyn Action> {
-        Box::new(Self {
-            shape: BrushShape::of(edit, tool),
-            rate: edit.strength.unwrap_or(default),
-            goal,
-            stroke: TouchStroke::new(),
-            brush: Brush::default(),
-            change: RestChange::default(),
-        })
-    }
-
-    /// Moves the rest shape of a body around a point for a time of `seconds`. Returns whether the brush has free nodes.
-    fn flow(
-        &mut self,
-        body: &mut Body,
-        at: Vec3,
-        hand: UnitQuaternion<f64>,
-        seconds: f64,
-    ) -> Result<bool, LatticeError> {
-        self.brush.cover(body, at, self.shape)?;
-        if self.brush.is_empty() {
-            return Ok(false);
-        }
-        let step = self.rate * seconds;
-        // One backward Euler step of the exponential approach, which overshoots the goal at no rate.
-        let fraction = (step / (1.0 + step)).min(MAX_FRACTION);
-        self.change.clear(body.system.nodes.len());
-        match self.goal {
-            GoalDisplacement::Nodes(goal) => {
-                let displacements = goal(&self.brush, body);
-                for ((&n, weight), d) in self.brush.nodes.iter().zip(&self.brush.weight).zip(displacements) {
-                    self.change.nodes[n as usize] = fraction * weight * d;
-                }
-            }
-            GoalDisplacement::Surface(goal) => self.flow_surface(body, at, hand, goal, fraction)?,
-        }
-        body.reshape(&mut self.change)?;
-        Ok(true)
+        let rate = edit.strength.unwrap_or(default);
+        let flow = Self { rate, goal, brush: Brush::default(), change: RestChange::default() };
+        ChangingTouch::begin(BrushShape::of(edit, tool), flow)
     }
 
     /// Moves the surface of the rest shape by a fraction of its goal displacements.
     fn flow_surface(
         &mut self,
         body: &mut Body,
-        at: Vec3,
-        hand: UnitQuaternion<f64>,
+        Brushed { at, hand, shape }: Brushed,
         goal: fn(&BrushRegion<'_>) -> Vec<Vec3>,
         fraction: f64,
     ) -> Result<(), LatticeError> {
-        let radius = self.shape.radius_at(body.discretization.edge());
+        let radius = shape.radius_at(body.discretization.edge());
         let centre = body.embed_point(at)?.settled;
-        let vertices = self.brush.vertices(body, centre, radius, self.shape.falloff)?;
+        let vertices = self.brush.vertices(body, centre, radius, shape.falloff)?;
         let region = BrushRegion { centre, hand, vertices: &vertices, model: &body.model, skin: &body.skin };
         let displacements = goal(&region);
         let moves: Vec<(u32, Vec3)> =
@@ -195,28 +167,36 @@ fn transfer(
     Ok(())
 }
 
-impl Action for RestShapeFlow {
-    fn contact(&self, tool: &Tool) -> Option<BodyPoint> {
-        self.stroke.contact(tool)
-    }
-
-    fn extra_region_radius(&self, edge: f64) -> f64 {
-        self.shape.radius_at(edge)
-    }
-
-    fn is_fingertip(&self) -> bool {
-        true
-    }
-
-    fn follow(
+impl BodyChange for RestShapeFlow {
+    fn change(
         &mut self,
-        tool: &mut Tool,
+        _tool: &mut Tool,
         step: &mut Step<'_>,
-        contact: Option<EmbeddedPoint>,
-    ) -> Result<(), LatticeError> {
-        let Some(Due { at, seconds }) = self.stroke.follow(tool, step, contact)? else { return Ok(()) };
+        shape: BrushShape,
+        Due { at, seconds }: Due,
+    ) -> Result<bool, LatticeError> {
+        let hand = step.hand.rotation;
         let body = &mut step.bodies[at.body as usize];
-        tool.changed_body |= self.flow(body, at.rest, step.hand.rotation, seconds)?;
-        Ok(())
+        self.brush.cover(body, at.rest, shape)?;
+        if self.brush.is_empty() {
+            return Ok(false);
+        }
+        let approach = self.rate * seconds;
+        // One backward Euler step of the exponential approach, which overshoots the goal at no rate.
+        let fraction = (approach / (1.0 + approach)).min(MAX_FRACTION);
+        self.change.clear(body.system.nodes.len());
+        match self.goal {
+            GoalDisplacement::Nodes(goal) => {
+                let displacements = goal(&self.brush, body);
+                for ((&n, weight), d) in self.brush.nodes.iter().zip(&self.brush.weight).zip(displacements) {
+                    self.change.nodes[n as usize] = fraction * weight * d;
+                }
+            }
+            GoalDisplacement::Surface(goal) => {
+                self.flow_surface(body, Brushed { at: at.rest, hand, shape }, goal, fraction)?
+            }
+        }
+        body.reshape(&mut self.change)?;
+        Ok(true)
     }
 }

@@ -4,9 +4,9 @@
 
 use super::brush::BrushShape;
 use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
-use super::touch_stroke::{Due, TouchStroke};
-use super::{Action, BodyPoint, EditKind, Step};
-use crate::body::{EmbeddedPoint, FactorChange, LatticeError};
+use super::touch_stroke::{BodyChange, ChangingTouch, Due};
+use super::{Action, EditKind, Step};
+use crate::body::{FactorChange, LatticeError};
 use crate::plan::Edit;
 use crate::tool::Tool;
 
@@ -57,58 +57,41 @@ impl EditKind for Paint {
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
-        Box::new(Painting {
-            shape: BrushShape::of(edit, tool),
+        let painting = Painting {
             param: edit.param.clone().unwrap_or_else(|| PARAM.into()),
             factor: edit.strength.unwrap_or(FACTOR),
             refused_by: None,
-            stroke: TouchStroke::new(),
-        })
+        };
+        ChangingTouch::begin(BrushShape::of(edit, tool), painting)
     }
 }
 
-/// A stroke that paints a parameter.
+/// Paints a parameter.
 struct Painting {
-    shape: BrushShape,
     /// Key of the parameter.
     param: String,
     /// Factor to reach.
     factor: f64,
     /// Body whose material has refused the parameter.
     refused_by: Option<u32>,
-    stroke: TouchStroke,
 }
 
-impl Action for Painting {
-    fn contact(&self, tool: &Tool) -> Option<BodyPoint> {
-        self.stroke.contact(tool)
-    }
-
-    fn extra_region_radius(&self, edge: f64) -> f64 {
-        self.shape.radius_at(edge)
-    }
-
-    fn is_fingertip(&self) -> bool {
-        true
-    }
-
-    fn follow(
+impl BodyChange for Painting {
+    fn change(
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        contact: Option<EmbeddedPoint>,
-    ) -> Result<(), LatticeError> {
-        let Some(Due { at, seconds }) = self.stroke.follow(tool, step, contact)? else { return Ok(()) };
+        shape: BrushShape,
+        Due { at, seconds }: Due,
+    ) -> Result<bool, LatticeError> {
         let body = &mut step.bodies[at.body as usize];
         let Some(plane) = body.params.iter().position(|key| *key == self.param) else {
             if self.refused_by.replace(at.body) != Some(at.body) {
                 tool.refused_param = Some((at.body, self.param.clone()));
             }
-            return Ok(());
+            return Ok(false);
         };
         let octaves = seconds / OCTAVE_TIME;
-        let change = FactorChange { plane, goal: self.factor, octaves };
-        tool.changed_body |= body.paint(at.rest, self.shape, change)?;
-        Ok(())
+        body.paint(at.rest, shape, FactorChange { plane, goal: self.factor, octaves })
     }
 }

@@ -5,9 +5,9 @@
 
 use super::brush::BrushShape;
 use super::key::{Key, RADIUS};
-use super::touch_stroke::{Due, TouchStroke};
-use super::{Action, BodyPoint, EditKind, Falloff, Step};
-use crate::body::{EmbeddedPoint, LatticeError};
+use super::touch_stroke::{BodyChange, ChangingTouch, Due};
+use super::{Action, EditKind, Falloff, Step};
+use crate::body::LatticeError;
 use crate::plan::Edit;
 use crate::tool::Tool;
 
@@ -44,40 +44,25 @@ impl EditKind for Pin {
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
         let shape = BrushShape { falloff: Falloff::Constant, ..BrushShape::of(edit, tool) };
-        Box::new(Pinning { shape, pins: self.pins, stroke: TouchStroke::new() })
+        ChangingTouch::begin(shape, Pinning { pins: self.pins })
     }
 }
 
-/// A stroke that pins or frees nodes.
+/// Pins or frees nodes.
 struct Pinning {
-    shape: BrushShape,
     pins: bool,
-    stroke: TouchStroke,
 }
 
-impl Action for Pinning {
-    fn contact(&self, tool: &Tool) -> Option<BodyPoint> {
-        self.stroke.contact(tool)
-    }
-
-    fn extra_region_radius(&self, edge: f64) -> f64 {
-        self.shape.radius_at(edge)
-    }
-
-    fn is_fingertip(&self) -> bool {
-        true
-    }
-
-    fn follow(
+impl BodyChange for Pinning {
+    fn change(
         &mut self,
-        tool: &mut Tool,
+        _tool: &mut Tool,
         step: &mut Step<'_>,
-        contact: Option<EmbeddedPoint>,
-    ) -> Result<(), LatticeError> {
-        let Some(Due { at, .. }) = self.stroke.follow(tool, step, contact)? else { return Ok(()) };
+        shape: BrushShape,
+        Due { at, .. }: Due,
+    ) -> Result<bool, LatticeError> {
         let body = &mut step.bodies[at.body as usize];
-        let radius = self.shape.radius_at(body.discretization.edge());
-        tool.changed_body |= if self.pins { body.pin(at.rest, radius)? } else { body.unpin(at.rest, radius)? };
-        Ok(())
+        let radius = shape.radius_at(body.discretization.edge());
+        if self.pins { body.pin(at.rest, radius) } else { body.unpin(at.rest, radius) }
     }
 }
