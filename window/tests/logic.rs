@@ -313,6 +313,8 @@ fn a_broken_model_is_an_error_with_its_line() {
     wait(&mut harness, "an error", |app| app.error().is_some());
     let error = harness.state().error().unwrap().to_owned();
     assert!(error.contains("broken.obj") && error.contains('3'), "{error}");
+    // The frame that took the error may have been drawn before it.
+    harness.step();
     harness.get_by_label("Close").click();
     harness.step();
     assert!(harness.state().error().is_none());
