@@ -77,8 +77,8 @@ impl Integrator {
         }
         self.solve_step(system, step, &of_scheme, self.max_newton, report)?;
         let mut fastest = self.check_velocities(system)?;
-        let is_exact = of_scheme.stage == 1.0 && of_scheme.history == 0.0 && fastest < self.guarded_speed;
-        if !is_exact && !self.admits(system, step)? {
+        let is_damped = of_scheme.stage == 1.0 && fastest < self.guarded_speed;
+        if !is_damped && !self.admits(system, step)? {
             system.nodes.x.copy_from_slice(&self.from[0]);
             system.nodes.v.copy_from_slice(&self.from[1]);
             self.pcg.forget();

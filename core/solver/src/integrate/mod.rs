@@ -106,7 +106,7 @@ pub struct Integrator {
     pub newton_tolerance: f64,
     /// Largest displacement of a node in one Newton iteration of a quasi-static step, m.
     pub max_displacement: f64,
-    /// Speed of a node, m/s, from which on a step of backward Euler may not gain energy either; the other implicit schemes may not at any speed.
+    /// Speed of a node, m/s, from which on a step of backward Euler or BDF2 may not gain energy; one of a midpoint rule may not at any speed.
     pub guarded_speed: f64,
     /// What ends a step before it is done.
     pub interrupts: Interrupts,

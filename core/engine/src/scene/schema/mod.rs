@@ -128,7 +128,7 @@ pub enum IntegratorChoice {
     BackwardEuler,
     /// BDF2, second order, with less numerical damping than backward Euler.
     Bdf2,
-    /// Implicit midpoint rule, second order, without numerical damping; not for contact.
+    /// Implicit midpoint rule, second order, without numerical damping; steps with a tip at a sheet are those of backward Euler.
     ImplicitMidpoint,
     /// One-leg theta method with theta = 0.55, first order with a tenth of backward Euler's numerical damping.
     DampedMidpoint,
