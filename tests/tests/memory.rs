@@ -151,6 +151,12 @@ fn models_and_shapes_are_checked_before_they_are_read() {
         .pliant(&["plan", "scene.toml", "--memory", "100 MB"])
         .expect(2)
         .says(&["model.obj of 30.0 MB", "needs about 90.0 MB"]);
+    let small = press.scene().replace("cells = 4096", "cells = 8");
+    bench.write("scene.toml", format!("{small}\n[[obstacle]]\nname = \"rock\"\nmesh = \"model.obj\"\n"));
+    bench
+        .pliant(&["plan", "scene.toml", "--memory", "100 MB"])
+        .expect(2)
+        .says(&["obstacle `rock` needs about 90.0 MB", "model.obj of 30.0 MB"]);
 
     let sheet = scene_of_sheet(r#"kind = "sheet", size = [1, 1, 0], cells = 300"#);
     bench.write("scene.toml", sheet);

@@ -39,14 +39,14 @@ impl MemoryAccount {
         self.budget.bytes().saturating_sub(self.taken())
     }
 
-    /// Checks that another `bytes` for the body `name` are within the budget. `what` names what they are for, with its count; `fitting` gives a
+    /// Checks that another `bytes` for `owner` (such as a body, by its name) are within the budget. `what` names what they are for, with its count; `fitting` gives a
     /// smaller setting, if there is one.
     ///
     /// # Errors
     /// The message for people.
     pub(crate) fn check(
         &self,
-        name: &str,
+        owner: &str,
         bytes: u64,
         what: &str,
         fitting: impl FnOnce(u64) -> Option<String>,
@@ -58,7 +58,7 @@ impl MemoryAccount {
         let (needed, taken, budget) = (format_bytes(bytes), format_bytes(self.taken()), &self.budget);
         let fitting = fitting(left).map(|text| format!(", or {text}")).unwrap_or_default();
         Err(format!(
-            "body `{name}` needs about {needed} of memory for {what}, and {taken} are taken before it; allowed is {budget}: \
+            "{owner} needs about {needed} of memory for {what}, and {taken} are taken before it; allowed is {budget}: \
              allow more with `--memory SIZE`{fitting}"
         ))
     }
@@ -79,7 +79,7 @@ mod tests {
         account.add_body("left");
         account.body(0).model = 2_000_000;
         account.add_body("right");
-        let check = |bytes| account.check("right", bytes, "7 cells", |left| Some(format!("use {left} bytes")));
+        let check = |bytes| account.check("body `right`", bytes, "7 cells", |left| Some(format!("use {left} bytes")));
         assert_eq!(check(1_000_000), Ok(()));
         let text = check(1_000_001).unwrap_err();
         for part in ["`right`", "1.0 MB", "7 cells", "18.0 MB", "19.0 MB", "--memory", "or use 1000000 bytes"] {

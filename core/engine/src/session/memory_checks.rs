@@ -21,6 +21,11 @@ use std::path::Path;
 /// them is sparse, and nothing follows from the number of cubes.
 const FINEST_CHECKED: u32 = 10;
 
+/// A body in messages.
+fn body_called(scene: &BodyScene) -> String {
+    format!("body `{}`", scene.name.get_ref())
+}
+
 /// Checks of one body's model against the account of the session.
 pub(super) struct ModelCheck<'a> {
     pub(super) scene: &'a BodyScene,
@@ -70,11 +75,10 @@ impl ModelCheck<'_> {
     }
 
     fn check(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), SessionError> {
-        let name = self.scene.name.get_ref();
         if bytes <= self.account.left() {
             return Ok(());
         }
-        let checked = self.account.check(name, bytes, &what(), |_| None);
+        let checked = self.account.check(&body_called(self.scene), bytes, &what(), |_| None);
         checked.map_err(|text| SessionError::Memory(self.source.error(self.scene.name.span(), text)))
     }
 }
@@ -88,7 +92,7 @@ impl Opening<'_> {
         let bytes = grid_bytes(level);
         let what = format!("the levels of a grid to level {level}");
         let coarser = |_| Some("use a coarser level".into());
-        let checked = self.memory.check(scene.name.get_ref(), bytes, &what, coarser);
+        let checked = self.memory.check(&body_called(scene), bytes, &what, coarser);
         checked.map_err(|text| SessionError::Memory(self.source.error(scene.grid.level.span(), text)))?;
         self.memory.body(index).grid = bytes;
         Ok(())
@@ -140,7 +144,7 @@ impl Opening<'_> {
         let cells = cells_of(&facts);
         let what = format!("{cells:.0} simulated cells of level {} and its surface", facts.level);
         let bytes = samples.saturating_add(elements);
-        let checked = self.memory.check(scene.name.get_ref(), bytes, &what, fitting);
+        let checked = self.memory.check(&body_called(scene), bytes, &what, fitting);
         checked.map_err(|text| SessionError::Memory(self.source.error(scene.grid.level.span(), text)))?;
         let body = self.memory.body(index);
         (body.samples, body.elements) = (samples, elements);
@@ -158,7 +162,7 @@ impl Opening<'_> {
     ) -> Result<(), SessionError> {
         let bytes = sheet_bytes(triangles as u64, self.is_implicit);
         let what = format!("a sheet of {triangles} triangles");
-        let checked = self.memory.check(scene.name.get_ref(), bytes, &what, |_| None);
+        let checked = self.memory.check(&body_called(scene), bytes, &what, |_| None);
         checked.map_err(|text| SessionError::Memory(self.source.error(scene.name.span(), text)))?;
         self.memory.body(index).elements = bytes;
         Ok(())

@@ -4,6 +4,7 @@ use super::open::Opening;
 use super::{Session, SessionError, Warning, WarningCode, place};
 use crate::body::Body;
 use crate::contact::{ObstacleContacts, PlacedObstacle};
+use crate::memory::{file_bytes, format_bytes};
 use crate::obstacle::{MeshSurface, Obstacle, ObstacleSurface};
 use crate::scene::{ObstacleScene, Scene};
 use crate::shape::{self, ShapeParams};
@@ -100,6 +101,11 @@ impl Opening<'_> {
                             let text = format!("no file {}; paths are relative to the scene", path.display());
                             return Err(self.source.error(mesh.span(), text).into());
                         }
+                        let size = std::fs::metadata(&path).map_or(0, |facts| facts.len());
+                        let what = format!("the mesh {} of {}", path.display(), format_bytes(size));
+                        let checked =
+                            self.memory.check(&format!("obstacle `{name}`"), file_bytes(size), &what, |_| None);
+                        checked.map_err(|text| SessionError::Memory(self.source.error(mesh.span(), text)))?;
                         let document = ObjDocument::read(&path)?;
                         files.push(path);
                         document
