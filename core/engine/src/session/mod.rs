@@ -17,6 +17,7 @@ mod memory_checks;
 mod mirror;
 mod obstacles;
 mod open;
+mod opening_devices;
 mod opening_warnings;
 mod place;
 mod ray_miss;

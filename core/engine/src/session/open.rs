@@ -20,15 +20,13 @@ use crate::edit::BladeEdge;
 use crate::memory::{MemoryAccount, MemoryBudget, document_bytes};
 use crate::plan::Plan;
 use crate::recording::RecordedHands;
-use crate::scene::{
-    BladeScene, BodyScene, DeviceScene, EditScene, Extent, FixedScene, Level, Scene, Source, ToolScene, settings,
-};
+use crate::scene::{BladeScene, BodyScene, EditScene, Extent, FixedScene, Level, Scene, Source, ToolScene, settings};
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool};
 use bytemuck::cast_slice;
 use pliant_cut::CutMesh;
 use pliant_host::{
-    Device, DeviceInfo, Grid, HostError, Library, Material, ParamKind, ParamSettings, ParamValue, PluginInfo,
-    PluginKind, Pose, SearchPath,
+    DeviceInfo, Grid, HostError, Library, Material, ParamKind, ParamSettings, ParamValue, PluginInfo, PluginKind,
+    SearchPath,
 };
 use pliant_mesh::check::{Severity, Use};
 use pliant_mesh::geometry::Vec3;
@@ -77,7 +75,7 @@ const STIFFNESS: &str = "young";
 /// Default stiffness of a coupling, as a fraction of the device's largest stiffness.
 const COUPLING_SHARE: f64 = 0.3;
 
-type Given = BTreeMap<String, Spanned<toml::Value>>;
+pub(super) type Given = BTreeMap<String, Spanned<toml::Value>>;
 
 impl Session {
     /// Opens the parts of a scene that `plan` needs.
@@ -230,16 +228,16 @@ fn edge(blade: &BladeScene) -> BladeEdge {
 /// A scene that is being opened.
 pub(super) struct Opening<'a> {
     pub(super) source: &'a Source,
-    options: &'a Options,
+    pub(super) options: &'a Options,
     shared: &'a SharedParts,
-    dt: f64,
+    pub(super) dt: f64,
     pub(super) tool_radii: ToolRadii,
     /// Levels chosen where the scene leaves the choice.
     levels: Vec<LevelChosen>,
     loaded: Vec<Loaded>,
     field_files: Vec<PathBuf>,
     /// Recordings that devices take their hands from, each once.
-    recordings: Vec<Arc<RecordedHands>>,
+    pub(super) recordings: Vec<Arc<RecordedHands>>,
     events: Events,
     /// For each moving body, the cache key of its frequencies; empty if it has none.
     measured_keys: Vec<String>,
@@ -252,7 +250,7 @@ pub(super) struct Opening<'a> {
 
 impl Opening<'_> {
     /// Finds a plugin, checks its parameters and records its file.
-    fn plugin(
+    pub(super) fn plugin(
         &mut self,
         kind: PluginKind,
         name: &Spanned<String>,
@@ -289,94 +287,6 @@ impl Opening<'_> {
             allowed.map_err(|error| self.refused(span, error))?;
         }
         Ok(())
-    }
-
-    fn device(
-        &mut self,
-        scene: &Scene,
-        index: usize,
-        models: &[(String, SharedModel)],
-    ) -> Result<DeviceSlot, SessionError> {
-        let device = &scene.device[index];
-        let span = device.name.span();
-        let frame = place::frame(&device.frame, self.source, span, models, self.options.mesh.is_some())?;
-        let name = device.name.get_ref().clone();
-        let mut hands = None;
-        let (opened, facts, origin) = match (&self.options.recorded, &device.recording) {
-            (Some(recorded), _) => {
-                let of = |(recorded, _): &&(String, DeviceInfo)| *recorded == name;
-                let known = || recorded.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-                let missing = || format!("no hands of device `{name}` were recorded; there are those of {}", known());
-                let found = recorded.iter().find(of).ok_or_else(|| self.source.error(device.name.span(), missing()))?;
-                (None, found.1, format!("the recorded device `{name}`"))
-            }
-            (None, Some(path)) => {
-                let (recording, index) = self.recorded_hands(device, path)?;
-                let (recorded, facts) = &recording.devices()[index];
-                let origin = format!("device `{name}` (hands of `{recorded}` in {})", recording.path().display());
-                let facts = *facts;
-                hands = Some((recording, index));
-                (None, facts, origin)
-            }
-            (None, None) => {
-                let (library, info, settings) = self.plugin(PluginKind::Device, &device.plugin, &device.params)?;
-                let opened = Device::open(library, &info.id, &settings, self.dt)
-                    .map_err(|error| self.refused(span_of(&error, &device.params, device.name.span()), error))?;
-                let facts = *opened.device_info();
-                (Some(opened), facts, device_origin(&name, info, &settings))
-            }
-        };
-        let poses = vec![Pose::default(); facts.effectors as usize];
-        Ok(DeviceSlot {
-            name,
-            device: opened,
-            facts,
-            frame,
-            origin,
-            poses,
-            recorded: hands,
-            driven: false,
-            counted: Vec::new(),
-        })
-    }
-
-    /// The recording of a device, and the index of its hands among the recorded devices.
-    fn recorded_hands(
-        &mut self,
-        device: &DeviceScene,
-        recording: &Spanned<String>,
-    ) -> Result<(Arc<RecordedHands>, usize), SessionError> {
-        let path = self.source.folder().join(recording.get_ref());
-        let read = match self.recordings.iter().find(|known| known.path() == path) {
-            Some(known) => Arc::clone(known),
-            None => {
-                let read = RecordedHands::read(&path)
-                    .map_err(|error| self.source.error(recording.span(), error.to_string()))?;
-                self.recordings.push(Arc::new(read));
-                Arc::clone(&self.recordings[self.recordings.len() - 1])
-            }
-        };
-        if read.dt() != self.dt {
-            let text = format!(
-                "its hands were recorded in steps of {} s, and `[time] dt` is {} s; allowed is the same step",
-                read.dt(),
-                self.dt
-            );
-            return Err(self.source.error(recording.span(), text).into());
-        }
-        let devices = read.devices();
-        let wanted = device.recorded.as_ref().unwrap_or(&device.name);
-        let of_name = devices.iter().position(|(name, _)| name == wanted.get_ref());
-        let only = || (device.recorded.is_none() && devices.len() == 1).then_some(0);
-        let index = of_name.or_else(only).ok_or_else(|| {
-            let known = devices.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-            let text = format!(
-                "no hands of device `{}` in the recording; allowed for `recorded` is {known}",
-                wanted.get_ref()
-            );
-            self.source.error(wanted.span(), text)
-        })?;
-        Ok((read, index))
     }
 
     /// Opens the body `index` of the scene.
@@ -554,7 +464,7 @@ impl Opening<'_> {
     }
 
     /// The error of a plugin that refuses a parameter, at the span of the scene.
-    fn refused(&self, span: Range<usize>, error: HostError) -> SessionError {
+    pub(super) fn refused(&self, span: Range<usize>, error: HostError) -> SessionError {
         if error.is_refusal() { self.source.error(span, error.to_string()).into() } else { error.into() }
     }
 
@@ -585,17 +495,8 @@ impl Opening<'_> {
 }
 
 /// Span of the scene for a plugin's error: that of the first parameter it names, or of the plugin.
-fn span_of(error: &HostError, given: &Given, plugin: Range<usize>) -> Range<usize> {
+pub(super) fn span_of(error: &HostError, given: &Given, plugin: Range<usize>) -> Range<usize> {
     let text = error.to_string();
     let named = given.iter().filter_map(|(key, value)| Some((text.find(&format!("`{key}`"))?, value.span())));
     named.min_by_key(|(at, _)| *at).map_or(plugin, |(_, span)| span)
-}
-
-/// Description of a device in messages: its name, its plugin and its text parameters, such as an address.
-fn device_origin(name: &str, info: &PluginInfo, settings: &ParamSettings) -> String {
-    let given = settings.iter().filter_map(|(index, value)| match (&info.params[*index].kind, value) {
-        (ParamKind::Text, ParamValue::Text(text)) => Some(format!(", {} {text}", info.params[*index].key)),
-        _ => None,
-    });
-    format!("device `{name}` ({}{})", info.id, given.collect::<String>())
 }
