@@ -22,7 +22,7 @@ pub struct PlanReport {
     pub left_out: Vec<LeftOut>,
     /// The simulated bodies.
     pub bodies: Vec<BodySummary>,
-    /// The obstacles.
+    /// Obstacles of the scene, with what a distance to each costs.
     pub obstacles: Vec<ObstacleSummary>,
     /// Estimate of the largest memory of a run, bytes.
     pub memory: u64,

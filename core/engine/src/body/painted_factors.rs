@@ -14,7 +14,7 @@ pub struct FactorChange {
     pub octaves: f64,
 }
 
-/// Painted factors.
+/// Factors of the material's parameters by element, as strokes have left them.
 #[derive(Clone, Debug, Default)]
 pub struct PaintedFactors {
     /// Factors of all parameters by cell or triangle; elsewhere they are 1.

@@ -13,11 +13,11 @@ use crate::tool::Tool;
 /// Changes a parameter of the material where the tool touches.
 pub(super) struct Paint;
 
-/// Default factor.
+/// Factor of the parameter that a stroke without `strength` goes to.
 const FACTOR: f64 = 4.0;
 /// Factors that may be painted, as those of `[[body.field]]`.
 const RANGE: [f64; 2] = [0.1, 10.0];
-/// Default parameter.
+/// Key of the parameter that a stroke without `param` paints.
 const PARAM: &str = "young";
 /// Time in which the factor doubles or halves at the centre of the brush, s.
 const OCTAVE_TIME: f64 = 0.05;

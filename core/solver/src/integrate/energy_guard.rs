@@ -2,8 +2,8 @@
 //!
 //! Forces of a body are not linear, and one Newton iteration does not solve them, so a step that is long for the forces may give a body energy,
 //! and many such steps of a midpoint rule give it any amount. So what steps gain beyond the work of their loads is added up, as a passivity
-//! observer does for a device (Hannaford and Ryu 2002), and a step that would bring the sum too high is taken again with backward Euler and more
-//! Newton iterations.
+//! observer does for a device (Hannaford and Ryu 2002). A step that would bring the sum too high is taken again with backward Euler and more Newton
+//! iterations.
 
 use super::Loads;
 use crate::algebra::Vec3;
@@ -13,7 +13,7 @@ use crate::nodes::Nodes;
 /// second order in the step.
 const ALLOWANCE: f64 = 0.02;
 
-/// The account.
+/// What steps have gained together, and what that is measured by.
 #[derive(Debug, Default)]
 pub(super) struct EnergyGuard {
     /// What steps have gained together beyond the work of the loads, J; losses pay back.

@@ -47,7 +47,7 @@ pub struct StepReport {
     pub converged: bool,
     /// Speed of the fastest node at the end, m/s.
     pub max_speed: f64,
-    /// Newton iterations.
+    /// Number of Newton iterations, over all substeps.
     pub newton_iterations: usize,
     /// Implicit steps that would have gained energy and were taken again, with backward Euler and more Newton iterations.
     pub repeated_steps: usize,

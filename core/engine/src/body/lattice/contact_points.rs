@@ -22,7 +22,7 @@ pub struct ContactPoint {
 pub struct ContactSurface<'a> {
     /// The nodes of the body.
     pub nodes: &'a Nodes,
-    /// The model.
+    /// Model of the body, whose vertices are the points.
     pub model: &'a Model,
     /// Positions of the vertices; those in the cell are updated where the grid is not linear.
     pub skin: &'a mut Skin,

@@ -165,7 +165,7 @@ impl Sheet {
             let corners = set.nodes().len() / count;
             for e in 0..count {
                 let nodes = &set.nodes()[corners * e..][..corners];
-                let from = match key_of(set, e, nodes, &self.vertex_of) {
+                let from = match key_of(set, nodes, &self.vertex_of) {
                     Some(key) => element.get(&key).copied(),
                     None => Some(e),
                 };
@@ -183,7 +183,7 @@ fn element_count(history: &[f64], set: &ElementSet) -> usize {
 }
 
 /// What identifies an element across a weld: the vertices of its edge, or twice its vertex; `None` for a triangle, which keeps its number.
-fn key_of(set: &ElementSet, _e: usize, nodes: &[u32], vertex_of: &[u32]) -> Option<[u32; 2]> {
+fn key_of(set: &ElementSet, nodes: &[u32], vertex_of: &[u32]) -> Option<[u32; 2]> {
     let vertex = |n: u32| vertex_of.get(n as usize).copied().unwrap_or(NONE);
     match set.request().kind {
         abi::TRIANGLE => None,
@@ -198,7 +198,7 @@ fn elements_by_vertex(set: &ElementSet, vertex_of: &[u32]) -> HashMap<[u32; 2], 
     }
     let corners = set.nodes().len() / set.count().max(1);
     let elements = set.nodes().chunks_exact(corners.max(1)).enumerate();
-    elements.filter_map(|(e, nodes)| Some((key_of(set, e, nodes, vertex_of)?, e))).collect()
+    elements.filter_map(|(e, nodes)| Some((key_of(set, nodes, vertex_of)?, e))).collect()
 }
 
 /// Moves node `a` to the mean place and velocity of `a` and `b`, by mass; a node that is held stays where it is, and then both are.

@@ -10,7 +10,7 @@ use std::fmt;
 pub enum Level {
     /// The coarsest that is at most half as wide as the smallest tool's radius, within a number of cells or faces.
     Auto,
-    /// This one.
+    /// The level with this number, from 1.
     At(u32),
 }
 
