@@ -26,7 +26,7 @@ impl Body {
         let join = JOIN_DISTANCE * self.discretization.edge();
         match &mut self.discretization {
             Discretization::Sheet(sheet) => {
-                let pairs = sheet.facing_nodes(&self.model, &self.system.nodes, centre, radius);
+                let pairs = sheet.facing_nodes(&self.model, &self.system.nodes, centre, [radius, join]);
                 let x = &self.system.nodes.x;
                 let is_near = |[a, b]: &[u32; 2]| (x[*a as usize] - x[*b as usize]).norm() <= join;
                 let (near, apart): (Vec<_>, Vec<_>) = pairs.into_iter().partition(is_near);

@@ -13,6 +13,8 @@ use pliant_solver::{Constraint, ElementSet, Nodes, System, Vec3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
+/// Cosine of the angle between the directions out of the sheet at two border edges up to which these face each other.
+const FACING: f64 = -0.25;
 /// Largest distance of two vertices at the same place at rest, in edges.
 const SAME_PLACE: f64 = 1e-9;
 
@@ -28,6 +30,42 @@ struct Before {
     element: Vec<HashMap<[u32; 2], usize>>,
 }
 
+/// The border of a sheet in its present shape.
+struct Border {
+    /// For each of its nodes, the unit vectors in the plane of the sheet and out of it at the border edges there.
+    outward: BTreeMap<u32, Vec<Vec3>>,
+}
+
+impl Border {
+    /// The border of triangles (t x 3) with nodes at `x` (m, n x 3).
+    fn new(triangles: &[[u32; 3]], x: &[Vec3]) -> Self {
+        let mut border = Self { outward: BTreeMap::new() };
+        let of_edge = sides(triangles);
+        for (e, corners) in (0_u32..).zip(triangles) {
+            for i in 0..3 {
+                let [a, b, c] = [corners[i], corners[(i + 1) % 3], corners[(i + 2) % 3]];
+                if of_edge[&sorted([a, b])] != [e] {
+                    continue;
+                }
+                let [along, away] = [b, c].map(|n| x[n as usize] - x[a as usize]);
+                let out = away.dot(&along) / along.norm_squared() * along - away;
+                if let Some(out) = out.try_normalize(0.0) {
+                    [a, b].iter().for_each(|n| border.outward.entry(*n).or_default().push(out));
+                }
+            }
+        }
+        border
+    }
+
+    /// Whether the sheet lies on opposite sides of two nodes at `x` (m), and the two sides overlap by `join` (m) at most.
+    fn faces(&self, x: &[Vec3], a: u32, b: u32, join: f64) -> bool {
+        let gap = x[b as usize] - x[a as usize];
+        let outward = |n: u32| self.outward.get(&n).into_iter().flatten();
+        let is_gap = |u: &Vec3, w: &Vec3| gap.dot(u) >= -join && gap.dot(w) <= join;
+        outward(a).any(|u| outward(b).any(|w| u.dot(w) <= FACING && is_gap(u, w)))
+    }
+}
+
 impl Sheet {
     /// Welded vertices, each with the one whose node it has.
     pub fn welds(&self) -> &BTreeMap<u32, u32> {
@@ -40,47 +78,41 @@ impl Sheet {
     }
 
     /// Pairs of nodes on the border, each the nearest of the other, within `radius` (m) of a point of the present shape (m) and of each other, the lower
-    /// number first. Neighbours along the border are no pair unless they lie at the same place at rest, as the sides of a cut do.
+    /// number first, or its copy across a cut. They face each other: the sheet lies on opposite sides of them, and the two sides overlap by `join` (m) at
+    /// most; or they are nearer than `join`, as edges laid on each other. Nodes along one border, around a corner of it, or across the sheet are no pair.
     pub(in crate::body) fn facing_nodes(
         &self,
         model: &Model,
         nodes: &Nodes,
         centre: Vec3,
-        radius: f64,
+        [radius, join]: [f64; 2],
     ) -> Vec<[u32; 2]> {
         let triangles = self.triangles(&model.surface);
-        let mut beside: HashMap<u32, BTreeSet<u32>> = HashMap::new();
-        for ([a, b], of) in sides(&triangles) {
-            if of.len() == 1 {
-                beside.entry(a).or_default().insert(b);
-                beside.entry(b).or_default().insert(a);
-            }
-        }
+        let border = Border::new(&triangles, &nodes.x);
+        let distance = |a: u32, b: u32| (nodes.x[a as usize] - nodes.x[b as usize]).norm();
         let is_near = |n: &u32| (nodes.x[*n as usize] - centre).norm() <= radius;
-        let near: BTreeSet<u32> = beside.keys().copied().filter(is_near).collect();
+        let near: BTreeSet<u32> = border.outward.keys().copied().filter(is_near).collect();
         let mut joined: HashMap<u32, BTreeSet<u32>> = HashMap::new();
         for corners in triangles.iter().filter(|corners| corners.iter().any(|n| near.contains(n))) {
             corners.iter().for_each(|n| joined.entry(*n).or_default().extend(corners));
         }
+        let rest = |n: u32| nodes.rest[n as usize];
+        let is_copy = |a: u32, b: u32| (rest(a) - rest(b)).norm() <= SAME_PLACE * self.edge;
         let may_join = |a: u32, b: u32| {
             let is_triangle = joined.get(&a).is_some_and(|joined| joined.contains(&b));
-            let is_close = beside[&a].iter().any(|next| *next == b || beside[next].contains(&b));
-            let rest = |n: u32| nodes.rest[n as usize];
             let both_fixed = [a, b].iter().all(|n| !nodes.constraint[*n as usize].is_free());
-            let same_place = (rest(a) - rest(b)).norm() <= SAME_PLACE * self.edge;
-            a != b
-                && !is_triangle
-                && !both_fixed
-                && !self.is_clamped(a)
-                && !self.is_clamped(b)
-                && (same_place || !is_close)
+            let is_seam = is_copy(a, b) || distance(a, b) <= join || border.faces(&nodes.x, a, b, join);
+            a != b && !is_triangle && !both_fixed && !self.is_clamped(a) && !self.is_clamped(b) && is_seam
         };
-        let distance = |a: u32, b: u32| (nodes.x[a as usize] - nodes.x[b as usize]).norm();
-        let nearest = |a: u32| {
-            let others = near.iter().copied().filter(|b| may_join(a, *b) && distance(a, *b) <= radius);
-            others.min_by(|b, c| distance(a, *b).total_cmp(&distance(a, *c)))
+        let partner_of = |a: u32| {
+            let others = near.iter().copied().filter(|b| distance(a, *b) <= radius && may_join(a, *b));
+            let rank = |b: u32| (!is_copy(a, b), distance(a, b));
+            others.min_by(|b, c| {
+                let (first, second) = (rank(*b), rank(*c));
+                first.0.cmp(&second.0).then(first.1.total_cmp(&second.1))
+            })
         };
-        let partner: BTreeMap<u32, u32> = near.iter().filter_map(|a| Some((*a, nearest(*a)?))).collect();
+        let partner: BTreeMap<u32, u32> = near.iter().filter_map(|a| Some((*a, partner_of(*a)?))).collect();
         let is_mutual = |(a, b): &(&u32, &u32)| a < b && partner.get(*b) == Some(a);
         partner.iter().filter(is_mutual).map(|(a, b)| [*a, *b]).collect()
     }
