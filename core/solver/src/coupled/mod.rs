@@ -296,17 +296,21 @@ impl Hinges for HingeHessian<'_> {
     }
 
     #[inline(always)]
-    fn eight<'a>(
+    fn group<'a>(
         &'a self,
         e: usize,
         buffer: &'a mut hinge_assembly::GroupPlanes,
     ) -> ([&'a [f64; GROUP]; 12], [f64; GROUP]) {
-        prefetch(self.mean, e + AHEAD);
-        prefetch(self.bound, e + AHEAD);
         let mut planes = [&buffer[0]; 12];
+        for line in (0..GROUP).step_by(8) {
+            prefetch(self.mean, e + AHEAD + line);
+            prefetch(self.bound, e + AHEAD + line);
+        }
         for (plane, from) in planes.iter_mut().zip(&self.gradient) {
-            prefetch(from, e + AHEAD);
-            *plane = from[e..].first_chunk().expect("eight hinges");
+            for line in (0..GROUP).step_by(8) {
+                prefetch(from, e + AHEAD + line);
+            }
+            *plane = from[e..].first_chunk().expect("a group of hinges");
         }
         (planes, self.stiffness(e))
     }

@@ -38,7 +38,7 @@ pub fn apart<U: Lanes>(unit: U, flat: &Flat) -> [U::V; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{Plain, Vectors, Work, put, widest};
+    use crate::lanes::{Unit, Vectors, Work, put};
 
     struct Apart(Flat);
 
@@ -55,6 +55,6 @@ mod tests {
     fn vectors_come_apart() {
         let flat: Flat = std::array::from_fn(|k| k as f32);
         let want = [0, 1, 2].map(|c| std::array::from_fn(|lane| (3 * lane + c) as f32));
-        assert_eq!([widest(Apart(flat)), Apart(flat).on(Plain)], [want; 2]);
+        assert_eq!(Unit::ALL.map(|unit| unit.run(Apart(flat))), [want; 3]);
     }
 }

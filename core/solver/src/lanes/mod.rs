@@ -4,6 +4,7 @@
 //! Where no unit does that it is done in double precision, so every unit gives the same bytes.
 
 pub mod aligned;
+pub mod blocks;
 mod entry;
 pub mod interleaved;
 mod plain;
@@ -13,6 +14,7 @@ mod tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+use blocks::BlockUnit;
 use pulp::NullaryFnOnce;
 
 pub use entry::Entry;
@@ -44,8 +46,16 @@ pub trait Lanes: Copy {
     type V: Copy;
     /// Numbers in double precision, as many as it takes at once.
     type D: Copy;
+    /// The unit for blocks in double precision.
+    type F64Blocks: BlockUnit<f64>;
+    /// The unit for blocks in single precision.
+    type F32Blocks: BlockUnit<f32>;
     /// Numbers in [`Lanes::D`]: 16 or a divisor of it.
     const EXACT: usize;
+    /// Operations on blocks in double precision.
+    fn f64_blocks(self) -> Self::F64Blocks;
+    /// Operations on blocks in single precision.
+    fn f32_blocks(self) -> Self::F32Blocks;
     /// Loads from memory.
     fn load(self, from: &Sixteen) -> Self::V;
     /// Stores to memory.
@@ -84,6 +94,8 @@ pub trait Lanes: Copy {
     fn add_product(self, a: Self::D, b: Self::D, c: Self::D) -> Self::D;
     /// `c - a b` with the product rounded first.
     fn take_product(self, a: Self::D, b: Self::D, c: Self::D) -> Self::D;
+    /// Numbers in double precision, rounded.
+    fn round(self, from: &[f64; 16]) -> Self::V;
     /// Splits sixteen padded vectors into components.
     fn planes(self, vectors: [Self::V; 4]) -> [Self::V; 3];
     /// Interleaves components into sixteen padded vectors.
@@ -163,6 +175,35 @@ pub fn widest<W: Work>(work: W) -> W::Output {
         #[cfg(target_arch = "x86_64")]
         pulp::Arch::V3(unit) => unit.vectorize(On { work, unit }),
         _ => work.on(Plain),
+    }
+}
+
+/// The vector units a processor may have; tests compare their bytes.
+#[cfg(test)]
+#[derive(Clone, Copy, Debug)]
+pub enum Unit {
+    Plain,
+    Avx2,
+    Widest,
+}
+
+#[cfg(test)]
+impl Unit {
+    pub const ALL: [Self; 3] = [Self::Plain, Self::Avx2, Self::Widest];
+
+    /// Runs `work` on this unit, or on the portable one where the processor does not have it.
+    pub fn run<W: Work>(self, work: W) -> W::Output {
+        match self {
+            Self::Plain => work.on(Plain),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => match pulp::x86::V3::try_new() {
+                Some(unit) => unit.vectorize(On { work, unit }),
+                None => work.on(Plain),
+            },
+            #[cfg(not(target_arch = "x86_64"))]
+            Self::Avx2 => work.on(Plain),
+            Self::Widest => widest(work),
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The portable fallback, for processors without a supported vector unit.
 
+use super::blocks::{BlockUnit, COLUMN, ENTRY, ROW, Scalar};
 use super::{Lanes, Quad, Sixteen, flush_denormals};
 
 /// Processes one number after the other.
@@ -8,8 +9,20 @@ pub struct Plain;
 
 impl Lanes for Plain {
     type V = Sixteen;
+    type F64Blocks = Self;
+    type F32Blocks = Self;
     type D = f64;
     const EXACT: usize = 1;
+
+    #[inline(always)]
+    fn f64_blocks(self) -> Self {
+        self
+    }
+
+    #[inline(always)]
+    fn f32_blocks(self) -> Self {
+        self
+    }
 
     #[inline(always)]
     fn load(self, from: &Sixteen) -> Sixteen {
@@ -118,6 +131,11 @@ impl Lanes for Plain {
     }
 
     #[inline(always)]
+    fn round(self, from: &[f64; 16]) -> Sixteen {
+        from.map(|value| value as f32)
+    }
+
+    #[inline(always)]
     fn planes(self, vectors: [Sixteen; 4]) -> [Sixteen; 3] {
         let mut planes = [[0.0; 16]; 3];
         (0..16).for_each(|l| (0..3).for_each(|c| planes[c][l] = vectors[l / 4][l % 4 * 4 + c]));
@@ -129,6 +147,52 @@ impl Lanes for Plain {
         let mut vectors = [[0.0; 16]; 4];
         (0..16).for_each(|l| (0..3).for_each(|c| vectors[l / 4][l % 4 * 4 + c] = planes[c][l]));
         vectors
+    }
+}
+
+impl<T: Scalar> BlockUnit<T> for Plain {
+    type Eight = [T; 8];
+
+    #[inline(always)]
+    fn load_eight(self, from: &[T; 8]) -> [T; 8] {
+        *from
+    }
+
+    #[inline(always)]
+    fn load_eight_f32(self, from: &[f32; 8]) -> [T; 8] {
+        from.map(T::from)
+    }
+
+    #[inline(always)]
+    fn store_eight(self, v: [T; 8]) -> [T; 8] {
+        v
+    }
+
+    #[inline(always)]
+    fn add_eight(self, mut a: [T; 8], b: [T; 8]) -> [T; 8] {
+        (0..8).for_each(|e| a[e] = a[e] + b[e]);
+        a
+    }
+
+    #[inline(always)]
+    fn mul_eight(self, mut a: [T; 8], b: [T; 8]) -> [T; 8] {
+        (0..8).for_each(|e| a[e] = a[e] * b[e]);
+        a
+    }
+
+    #[inline(always)]
+    fn at_rows(self, v: &[T; 4]) -> [T; 8] {
+        ROW.map(|at| v[at as usize])
+    }
+
+    #[inline(always)]
+    fn at_columns(self, v: &[T; 4]) -> [T; 8] {
+        COLUMN.map(|at| v[at as usize])
+    }
+
+    #[inline(always)]
+    fn at_entries(self, v: [T; 8], transposed: usize) -> [T; 8] {
+        ENTRY[transposed].map(|at| v[at as usize])
     }
 }
 

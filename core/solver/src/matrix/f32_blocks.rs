@@ -7,11 +7,12 @@
 
 use super::assembly::Assembly;
 use super::pattern::{OffDiagonal, Pattern, off_diagonal_sum};
-use super::product::f32_blocks::{Row, rows_product};
+use super::product::f32_blocks::{Row, RowsProduct};
 use crate::algebra::{Block, SingleBlock, Vec3};
 use crate::elements::fused_assembly::FusedAssembly;
 use crate::force_model::ForceError;
 use crate::hinge_assembly::BlocksMut;
+use crate::lanes::Work;
 use crate::threads::Pool;
 use std::ops::Range;
 
@@ -170,21 +171,15 @@ impl F32Blocks {
         });
     }
 
-    /// Rows `first` on of `out[k] = A x[k]`, as many as `out[k]` has.
-    pub fn rows_product<const K: usize>(
-        &self,
-        pattern: Pattern<'_>,
+    /// The loop that computes rows `first` on of `out[k] = A x[k]`, as many as `out[k]` has.
+    pub fn rows_product<'a, const K: usize>(
+        &'a self,
+        pattern: Pattern<'a>,
         first: usize,
-        x: [&[Vec3]; K],
-        out: [&mut [Vec3]; K],
-    ) {
-        rows_product(out, first, x, |i| self.row(pattern, first + i));
-    }
-
-    /// Row i of `A x` without vector instructions.
-    #[cfg(test)]
-    pub fn portable_row(&self, pattern: Pattern<'_>, i: usize, x: &[Vec3]) -> Vec3 {
-        super::product::f32_blocks::row_product(self.row(pattern, i), i, x)
+        x: [&'a [Vec3]; K],
+        out: [&'a mut [Vec3]; K],
+    ) -> impl Work<Output = ()> + 'a {
+        RowsProduct { out, first, x, row: move |i| self.row(pattern, first + i) }
     }
 
     /// Row i, for a product.
@@ -222,6 +217,7 @@ impl pulp::NullaryFnOnce for Diagonal<'_> {
 #[cfg(test)]
 mod tests {
     use crate::algebra::{Vec3, matrix3};
+    use crate::lanes::Unit;
     use crate::matrix::Matrix;
 
     fn wave(i: usize) -> f64 {
@@ -267,15 +263,15 @@ mod tests {
         }
     }
 
-    #[cfg(target_arch = "x86_64")]
     #[test]
     fn every_vector_unit_gives_the_same_bytes() {
         let (n, matrix) = (31, rounded(31));
         let x: Vec<Vec3> = (0..n).map(|j| Vec3::from_fn(|c, _| wave(900 + 3 * j + c))).collect();
-        let mut out = vec![Vec3::zeros(); n];
-        matrix.rows_product(0, &x, &mut out);
-        for (i, out) in out.iter().enumerate() {
-            assert_eq!(out.map(f64::to_bits), matrix.portable_row(i, &x).map(f64::to_bits));
-        }
+        let products = Unit::ALL.map(|unit| {
+            let mut out = vec![Vec3::zeros(); n];
+            unit.run(matrix.f32_rows_product(&x, &mut out));
+            out.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>()
+        });
+        assert!(products.iter().all(|out| *out == products[0]));
     }
 }

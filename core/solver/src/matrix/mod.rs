@@ -15,6 +15,9 @@ use super::coupled::{CoupledHinges, is_coupled_hinges};
 use super::elements::ElementSet;
 use super::elements::fused_assembly::FusedAssembly;
 use super::hinge_assembly::BlocksMut;
+#[cfg(test)]
+use super::lanes::Work;
+use super::lanes::widest;
 use super::nodes::Nodes;
 use super::normals::{NormalsEnergy, wants_normals};
 use super::springs::NodeSprings;
@@ -26,7 +29,7 @@ use assembly::Assembly;
 use f32_blocks::F32Blocks;
 use pattern::{LowerBlock, OffDiagonal, Pattern, UpperBlock};
 use pliant_plugin_api::{TangentScale, abi};
-use product::{Row, rows_product};
+use product::{Row, RowsProduct};
 use std::ops::Range;
 
 /// The sparse symmetric matrix of a body: a 3 x 3 block for each node and each pair of nodes that share an element.
@@ -312,8 +315,8 @@ impl Matrix {
     /// Rows `first` on of `A x[k]`, as many as `out[k]` has.
     fn rows_products<const K: usize>(&self, first: usize, x: [&[Vec3]; K], out: [&mut [Vec3]; K]) {
         match self.is_f32 {
-            true => self.f32_blocks.rows_product(self.pattern(), first, x, out),
-            false => rows_product(out, x, |i| self.row_at(first + i)),
+            true => widest(self.f32_blocks.rows_product(self.pattern(), first, x, out)),
+            false => widest(RowsProduct { out, x, row: |i| self.row_at(first + i) }),
         }
     }
 
@@ -387,10 +390,10 @@ impl Matrix {
         self.f32_blocks.row_sum(i).block()
     }
 
-    /// Row i of `A x` of a matrix in single precision, without vector instructions.
+    /// The loop that computes `out = A x` of a matrix in single precision.
     #[cfg(test)]
-    pub(super) fn portable_row(&self, i: usize, x: &[Vec3]) -> Vec3 {
-        self.f32_blocks.portable_row(self.pattern(), i, x)
+    pub(super) fn f32_rows_product<'a>(&'a self, x: &'a [Vec3], out: &'a mut [Vec3]) -> impl Work<Output = ()> + 'a {
+        self.f32_blocks.rows_product(self.pattern(), 0, [x], [out])
     }
 
     /// The stored blocks in double precision, zero if there were none.

@@ -11,7 +11,7 @@ mod prepare;
 
 use super::algebra::{Block, Vec3};
 use super::elements::ElementSet;
-use super::hinge_assembly::{Hinges, add_outer};
+use super::hinge_assembly::{BlocksMut, Hinges, Precision};
 use super::nodes::Nodes;
 use super::system::SystemState;
 use super::system_scales::SystemScales;
@@ -95,7 +95,8 @@ impl NormalsEnergy {
             let range = chunk.range.clone();
             let corners = &set.nodes().as_chunks::<4>().0[range.clone()];
             let terms = HingeHessian { corners, x: &nodes.x, stiffness: &self.stiffness[range.clone()], factor };
-            add_outer(&set.slots[10 * range.start..10 * range.end], row[chunk.window.start], blocks, &terms);
+            let blocks = BlocksMut { first: row[chunk.window.start], blocks };
+            f64::add_outer(&set.slots[10 * range.start..10 * range.end], blocks, &terms);
             Ok::<(), std::convert::Infallible>(())
         });
     }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::algebra::Vec3;
-use crate::lanes::{Lanes, Plain, Work, by_sixteen, one_by_one};
+use crate::lanes::{Lanes, Unit, Work, by_sixteen, one_by_one};
 use crate::matrix::{Matrix, Values};
 
 fn wave(i: usize) -> f32 {
@@ -106,10 +106,6 @@ fn every_vector_unit_gives_the_same_bytes() {
     columns.update(&Pool::new(1), &matrix, SCALE);
     let mut p: Vec<Quad> = vectors(n).iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
     p.resize(columns.p.len(), [0.0; 4]);
-    let first = Products(&mut columns, &p).on(Plain);
-    assert_eq!(first, widest(Products(&mut columns, &p)));
-    #[cfg(target_arch = "x86_64")]
-    if let Some(unit) = pulp::x86::V3::try_new() {
-        assert_eq!(first, Products(&mut columns, &p).on(unit));
-    }
+    let all = Unit::ALL.map(|unit| unit.run(Products(&mut columns, &p)));
+    assert!(all.iter().all(|bits| *bits == all[0]));
 }
