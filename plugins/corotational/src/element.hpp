@@ -71,20 +71,24 @@ inline Corners at_corners(const pliant_batch &batch, size_t e, const double *vec
   return corners;
 }
 
+// tr(R^T F), the sum of the singular values.
+inline double sum_of_stretches(const Mat3 &f, const Mat3 &r) { return dot(r[0], f[0]) + dot(r[1], f[1]) + dot(r[2], f[2]); }
+
 // Energy density, J/m^3.
 inline double energy(const Law &law, const Mat3 &f) {
-  const PolarDecomposition polar(f);
-  const Vec3 strain = {{polar.s[0] - 1.0, polar.s[1] - 1.0, polar.s[2] - 1.0}};
-  const double trace = strain[0] + strain[1] + strain[2];
-  return law.mu * dot(strain, strain) + 0.5 * law.lambda * trace * trace;
+  const Mat3 r = rotation(f);
+  double squares = 0.0;
+  for (size_t i = 0; i < 3; i++) squares += dot(f[i] - r[i], f[i] - r[i]);
+  const double trace = sum_of_stretches(f, r) - 3.0;
+  return law.mu * squares + 0.5 * law.lambda * trace * trace;
 }
 
 // First Piola-Kirchhoff stress, Pa.
 inline Mat3 stress(const Law &law, const Mat3 &f) {
-  const PolarDecomposition polar(f);
-  const double pressure = law.lambda * (polar.s[0] + polar.s[1] + polar.s[2] - 3.0);
+  const Mat3 r = rotation(f);
+  const double pressure = law.lambda * (sum_of_stretches(f, r) - 3.0);
   Mat3 p;
-  for (size_t i = 0; i < 3; i++) p[i] = 2.0 * law.mu * (f[i] - polar.r[i]) + pressure * polar.r[i];
+  for (size_t i = 0; i < 3; i++) p[i] = 2.0 * law.mu * (f[i] - r[i]) + pressure * r[i];
   return p;
 }
 
@@ -104,8 +108,8 @@ inline Mat3 viscous_stress(const Law &law, const Mat3 &f, const Mat3 &f_rate) {
 // Adds `scale` times the ten stiffness blocks of an element, N/m; `slot` is the index of its first slot.
 inline void add_stiffness(const Law &law, const Tetrahedron &t, const Mat3 &f, double scale, const pliant_blocks &out,
                           size_t slot) {
-  const PolarDecomposition polar(f);
-  const double rotation_term = law.lambda * (polar.s[0] + polar.s[1] + polar.s[2] - 3.0) - 2.0 * law.mu;
+  const SingularValues singular(f);
+  const double rotation_term = law.lambda * (singular.s[0] + singular.s[1] + singular.s[2] - 3.0) - 2.0 * law.mu;
   const double factor = scale * t.volume;
   // Of the off-diagonal entries (i, j) and (j, i) of U^T dF V: stiffness of an entry with itself, and with the other.
   Mat3 own = {}, cross_term = {};
@@ -113,14 +117,14 @@ inline void add_stiffness(const Law &law, const Tetrahedron &t, const Mat3 &f, d
     for (size_t j = 0; j < 3; j++) {
       if (i == j) continue;
       // Where two singular values are opposite, R is not unique and the exact matrix has a pole.
-      const double sum = polar.s[i] + polar.s[j], least = law.project ? 1e-9 : 1e-300;
+      const double sum = singular.s[i] + singular.s[j], least = law.project ? 1e-9 : 1e-300;
       double antisymmetric = 2.0 * (law.mu + rotation_term / (std::fabs(sum) < least ? least : sum));
       if (law.project && antisymmetric < 0.0) antisymmetric = 0.0;
       own[i][j] = 0.5 * (2.0 * law.mu + antisymmetric);
       cross_term[i][j] = 0.5 * (2.0 * law.mu - antisymmetric);
     }
   Corners g;  // shape function gradients in the frame of V
-  const Mat3 vt = transposed(polar.v);
+  const Mat3 vt = transposed(singular.v);
   for (size_t a = 0; a < 4; a++) g[a] = vt * t.gradient[a];
   for (size_t a = 0; a < 4; a++)
     for (size_t b = a; b < 4; b++, slot++) {
@@ -133,7 +137,7 @@ inline void add_stiffness(const Law &law, const Tetrahedron &t, const Mat3 &f, d
           k[i][i] += own[i][j] * g[a][j] * g[b][j];
         }
       }
-      const Mat3 in_space = polar.u * product_transposed(k, polar.u);
+      const Mat3 in_space = singular.u * product_transposed(k, singular.u);
       double block[9];
       for (size_t i = 0; i < 9; i++) block[i] = factor * in_space[i / 3][i % 3];
       pliant_add_block(&out, slot, block);

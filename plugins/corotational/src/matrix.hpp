@@ -1,4 +1,4 @@
-// Vectors, 3 x 3 matrices and the polar decomposition of a deformation gradient. Nothing allocates.
+// Vectors, 3 x 3 matrices, and the rotation and singular values of a deformation gradient. Nothing allocates.
 #pragma once
 #include <cmath>
 #include <cstddef>
@@ -88,11 +88,11 @@ inline Vec3 smallest_axis(const Vec3 &a) {
 
 // F = U diag(s) V^T and R = U V^T with rotations U, V and R. The last singular value has the sign of det F, so that R is a rotation even of
 // a flat or inverted element (Irving, Teran and Fedkiw 2004).
-struct PolarDecomposition {
+struct SingularValues {
   Mat3 u, v, r;
   Vec3 s;
 
-  explicit PolarDecomposition(const Mat3 &f) {
+  explicit SingularValues(const Mat3 &f) {
     const double rank_one = 1e-14;  // second over first singular value below which F counts as of rank one
     const Mat3 f_columns = transposed(f);
     Mat3 square = product_transposed(f_columns, f_columns);
@@ -129,5 +129,31 @@ struct PolarDecomposition {
     r = product_transposed(u, v);
   }
 };
+
+// The rotation R of F = R S, by Newton's iteration R <- (R + R^-T) / 2 from F (Higham 1986). It converges quadratically, in five steps at strains of a
+// third and at a quarter of the cost of singular values, which are taken where F is nearly flat or inverted.
+inline Mat3 rotation(const Mat3 &f) {
+  const int max_steps = 8;
+  const double converged = 1e-16;  // square of the last change: half of it is left, which is below rounding
+  const double flat = 1e-4;        // square of det F over the cube of |F|^2, which is 1/27 for a rotation; eight steps are enough above
+  Mat3 r = f;
+  for (int step = 0; step < max_steps; step++) {
+    const Mat3 cofactors = {{cross(r[1], r[2]), cross(r[2], r[0]), cross(r[0], r[1])}};
+    const double determinant = dot(r[0], cofactors[0]);
+    if (step == 0) {
+      const double norm_squared = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]);
+      if (!(determinant > 0.0 && determinant * determinant > flat * norm_squared * norm_squared * norm_squared)) break;
+    }
+    const double half_inverse = 0.5 / determinant;
+    double change = 0.0;
+    for (size_t i = 0; i < 3; i++) {
+      const Vec3 next = 0.5 * r[i] + half_inverse * cofactors[i], difference = next - r[i];
+      change += dot(difference, difference);
+      r[i] = next;
+    }
+    if (change <= converged) return r;
+  }
+  return SingularValues(f).r;
+}
 
 }  // namespace corotational
