@@ -27,7 +27,6 @@ mod material;
 mod normals;
 pub mod param;
 mod planes_mut;
-mod prefetch;
 #[cfg(feature = "lanes")]
 pub mod solids;
 
@@ -38,8 +37,8 @@ pub use device::{AsDevice, Device, Finding};
 pub use fault::Fault;
 pub use grid::{AsGrid, Grid, Location, RegionRequest, RegionSink, SurfaceView};
 pub use info::Info;
+pub use lanes::prefetch;
 pub use material::{AsMaterial, ElementRequest, Material, Source, TangentScale};
 pub use normals::NormalForces;
 pub use param::{Param, Params};
 pub use planes_mut::PlanesMut;
-pub use prefetch::prefetch;

@@ -7,13 +7,25 @@
 //! Everything between `dispatch` and the arithmetic must be inlined, or it is not compiled for the vector unit. Closures are not
 //! always inlined, so kernels use none, except on rare paths ([`Real::map_lanes`]).
 
+#[cfg(feature = "lanes")]
+mod interleaved;
+mod prefetch;
+#[cfg(feature = "lanes")]
+mod units;
 mod vec3;
 #[cfg(feature = "lanes")]
 mod wide;
+#[cfg(all(feature = "lanes", target_arch = "x86_64"))]
+mod x86;
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 #[cfg(feature = "lanes")]
+pub use interleaved::Interleaved;
+pub use prefetch::prefetch;
+#[cfg(feature = "lanes")]
 pub use pulp;
+#[cfg(feature = "lanes")]
+pub use units::units;
 pub use vec3::Vec3;
 #[cfg(feature = "lanes")]
 pub use wide::{MAX_LANES, Wide};

@@ -6,19 +6,12 @@
 //! are computed one by one. Every path does the same operations in the same order on each spring and uses no fused multiply-add,
 //! so the bytes do not depend on the vector unit found at run time.
 //!
-//! The block is written with intrinsics for AVX-512 (less than 1.5 ns per spring) and AVX2: automatic vectorisation of the same loop
-//! was up to four times slower after small edits.
-
-#[cfg(target_arch = "x86_64")]
-mod avx2;
-#[cfg(target_arch = "x86_64")]
-mod avx512;
-
 use crate::gather::Energy;
 use crate::stiffness::Stiffness;
 use crate::volume::{self, Tetrahedra};
-use pliant_plugin_api::lanes::Vec3;
+use pliant_plugin_api::lanes::{Interleaved, Real, Vec3, Wide};
 use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, NodeWindow, TangentScale, prefetch};
+use pulp::{Simd, WithSimd};
 
 /// Springs in a block.
 pub const LANES: usize = 8;
@@ -51,13 +44,13 @@ struct SpringState<T> {
 /// The force over the spring's vector, N/m: `k ((l - l0) l + tau d.w) / l^2`. In this form the square root and the division do not
 /// depend on each other, and the force at rest is exactly zero.
 #[inline(always)]
-fn force_factor<const DAMPED: bool>(spring: SpringState<f64>, damping_time: f64) -> f64 {
+fn force_factor<const DAMPED: bool, T: Real>(spring: SpringState<T>, damping_time: f64) -> T {
     let SpringState { l2, d_dot_w, l0, k } = spring;
     let l = l2.sqrt();
     let elastic = (l - l0) * l;
-    let total = if DAMPED { elastic + damping_time * d_dot_w } else { elastic };
-    let min_length = MIN_LENGTH_RATIO * l0;
-    if l2 < min_length * min_length { 0.0 } else { k / l2 * total }
+    let total = if DAMPED { elastic + d_dot_w * damping_time } else { elastic };
+    let min_length = l0 * MIN_LENGTH_RATIO;
+    l2.if_less(min_length * min_length, l2.splat(0.0), k / l2 * total)
 }
 
 /// Runs the loops over the elements of a call on a vector unit.
@@ -131,12 +124,6 @@ struct Block {
     len: usize,
 }
 
-/// A vector unit's implementation of a block.
-trait BlockKernel: Copy {
-    /// Forces on the first ends of the springs, N; zero in the lanes past the block.
-    fn forces<const DAMPED: bool>(self, springs: &Springs<'_>, block: Block) -> BlockVectors;
-}
-
 impl Kernel {
     /// A kernel for the widest vector unit of the processor.
     pub fn new() -> Self {
@@ -145,14 +132,7 @@ impl Kernel {
 
     /// Adds the force of each spring, `k ((l - l0) + tau dl/dt)` along its axis, to its ends, N.
     pub fn forces(&self, springs: Springs<'_>, out: &mut NodeVectors<'_>) {
-        let window = out.window();
-        match self.arch {
-            #[cfg(target_arch = "x86_64")]
-            pulp::Arch::V4(simd) => simd.vectorize(ForcePass { kernel: simd, springs, window }),
-            #[cfg(target_arch = "x86_64")]
-            pulp::Arch::V3(simd) => simd.vectorize(ForcePass { kernel: simd, springs, window }),
-            arch => arch.dispatch(ForcePass { kernel: Portable, springs, window }),
-        }
+        self.arch.dispatch(ForcePass { springs, window: out.window() });
     }
 
     /// Adds the stiffness and damping of each spring: see [`Stiffness`].
@@ -176,17 +156,29 @@ impl Kernel {
     }
 }
 
-/// The block kernel without intrinsics.
-#[derive(Clone, Copy)]
-struct Portable;
+/// Index of each spring of a block.
+const INDEX: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
-impl BlockKernel for Portable {
+impl Springs<'_> {
+    /// Forces on the first ends of the springs of a block, N; zero in the lanes past it.
     #[inline(always)]
-    fn forces<const DAMPED: bool>(self, springs: &Springs<'_>, block: Block) -> BlockVectors {
+    fn block_forces<S: Simd, const DAMPED: bool>(&self, simd: S, block: Block) -> BlockVectors {
         let Block { first_spring, a, b, len } = block;
-        std::array::from_fn(|i| {
-            if i < len { spring_force::<DAMPED>(springs, first_spring + i, a + i, b + i).0 } else { [0.0; 3] }
-        })
+        let mut forces = [[0.0; 3]; LANES];
+        for at in (0..LANES).step_by(S::F64_LANES) {
+            let (a, b, e) = (a + at, b + at, first_spring + at);
+            let d = Interleaved::load(simd, &self.x[b..]) - Interleaved::load(simd, &self.x[a..]);
+            let l2 = d.dot(d);
+            let d_dot_w = match DAMPED {
+                true => d.dot(Interleaved::load(simd, &self.v[b..]) - Interleaved::load(simd, &self.v[a..])),
+                false => l2.splat(0.0),
+            };
+            let (l0, k) = (Wide::load(simd, &self.rest_length[e..]), Wide::load(simd, &self.stiffness[e..]));
+            let factor = force_factor::<DAMPED, _>(SpringState { l2, d_dot_w, l0, k }, self.damping_time);
+            let factor = Wide::load(simd, &INDEX[at..]).if_less(l2.splat(len as f64), factor, l2.splat(0.0));
+            d.scale(factor).store(&mut forces[at..]);
+        }
+        forces
     }
 }
 
@@ -196,29 +188,28 @@ fn spring_force<const DAMPED: bool>(s: &Springs<'_>, e: usize, a: usize, b: usiz
     let d = Vec3(s.x[b]) - Vec3(s.x[a]);
     let w = Vec3(s.v[b]) - Vec3(s.v[a]);
     let spring = SpringState { l2: d.dot(d), d_dot_w: d.dot(w), l0: s.rest_length[e], k: s.stiffness[e] };
-    d * force_factor::<DAMPED>(spring, s.damping_time)
+    d * force_factor::<DAMPED, _>(spring, s.damping_time)
 }
 
 /// Adds the forces of all springs of a call.
-struct ForcePass<'a, B> {
-    kernel: B,
+struct ForcePass<'a> {
     springs: Springs<'a>,
     window: NodeWindow<'a>,
 }
 
-impl<B: BlockKernel> pulp::NullaryFnOnce for ForcePass<'_, B> {
+impl WithSimd for ForcePass<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
-        if self.springs.damping_time > 0.0 { self.run::<true>() } else { self.run::<false>() }
+    fn with_simd<S: Simd>(self, simd: S) {
+        if self.springs.damping_time > 0.0 { self.run::<S, true>(simd) } else { self.run::<S, false>(simd) }
     }
 }
 
-impl<B: BlockKernel> ForcePass<'_, B> {
+impl ForcePass<'_> {
     #[inline(always)]
-    fn run<const DAMPED: bool>(self) {
-        let ForcePass { kernel, springs, window: NodeWindow { first_node: first, values: force } } = self;
+    fn run<S: Simd, const DAMPED: bool>(self, simd: S) {
+        let ForcePass { springs, window: NodeWindow { first_node: first, values: force } } = self;
         let count = springs.ends.len();
         let mut e = 0;
         while e < count {
@@ -233,7 +224,7 @@ impl<B: BlockKernel> ForcePass<'_, B> {
                 continue;
             }
             springs.prefetch::<DAMPED>(e);
-            let f = kernel.forces::<DAMPED>(&springs, Block { first_spring: e, a, b, len });
+            let f = springs.block_forces::<S, DAMPED>(simd, Block { first_spring: e, a, b, len });
             // A node may be the second end of one spring of the block and the first end of another. This order gives it both forces in
             // the order of single springs, so that the bytes do not depend on where a call's range begins.
             if a < b {
@@ -285,14 +276,8 @@ fn add_block(sums: &mut [[f64; 3]], f: &BlockVectors, sign: f64) {
 mod tests {
     use super::*;
     use crate::MassSpring;
+    use pliant_plugin_api::lanes::units;
     use pliant_plugin_api::{abi, kit};
-
-    fn units() -> Vec<pulp::Arch> {
-        let mut units = vec![pulp::Arch::Scalar, pulp::Arch::new()];
-        #[cfg(target_arch = "x86_64")]
-        units.extend(pulp::x86::V3::try_new().map(pulp::Arch::V3));
-        units
-    }
 
     #[test]
     fn every_vector_unit_gives_the_same_bytes() {

@@ -52,6 +52,7 @@ impl WithSimd for Flow<'_, '_> {
 #[cfg(test)]
 mod tests {
     use crate::NeoHookean;
+    use pliant_plugin_api::lanes::units;
     use pliant_plugin_api::{TangentScale, abi, kit};
 
     #[test]
@@ -67,11 +68,8 @@ mod tests {
             }
             // Elements that have collapsed to a plane, a line and a point.
             [1, 4, 5, 16].into_iter().for_each(|node| body.x[node] = body.x[0]);
-            let units = [Some(pulp::Arch::Scalar), Some(pulp::Arch::new())].into_iter();
-            #[cfg(target_arch = "x86_64")]
-            let units = units.chain([pulp::x86::V3::try_new().map(pulp::Arch::V3)]);
             let mut results = Vec::new();
-            for arch in units.flatten() {
+            for arch in units() {
                 material.arch = arch;
                 let both = TangentScale { stiffness: 0.7, damping: 0.3 };
                 let single = body.single_blocks(&material, both, usize::MAX).unwrap();
