@@ -145,10 +145,20 @@ impl ObstacleContacts {
     /// Brings the nodes of a point into contact. Returns whether any constraint has changed. A node that was released is held again, and stays so for the
     /// substep.
     fn hold(&mut self, point: &Point, plane: &ContactPlane, system: &mut System) -> bool {
-        let obstacle = point.obstacle as usize;
+        self.hold_nodes(point.constrained(), point.obstacle as usize, plane, system)
+    }
+
+    /// As [`Self::hold`], of these nodes of a point.
+    fn hold_nodes(
+        &mut self,
+        nodes: impl Iterator<Item = u32>,
+        obstacle: usize,
+        plane: &ContactPlane,
+        system: &mut System,
+    ) -> bool {
         let target = self.target(obstacle, plane);
         let mut changed = false;
-        for node in point.constrained() {
+        for node in nodes {
             if self.is_fixed(node) {
                 continue;
             }
@@ -280,9 +290,20 @@ impl ObstacleContacts {
             }
             // It must not come deeper than it was.
             let plane = placed.plane(start, v, self.dt);
-            if plane.gap + plane.normal.dot(&way) < plane.gap.min(0.0) - self.tolerance {
-                changed |= self.hold(&point, &plane, system);
+            if plane.gap + plane.normal.dot(&way) >= plane.gap.min(0.0) - self.tolerance {
+                continue;
             }
+            if self.hold(&point, &plane, system) {
+                changed = true;
+                continue;
+            }
+            // Its nodes are held, and those that carry less of it bring it in, as where a body turns. Moving it out after the step would do work, so
+            // the one that brings it furthest is held too.
+            let target = self.target(point.obstacle as usize, &plane);
+            let inwards = |node: u32| target - velocity(system, node as usize).dot(&plane.normal);
+            let furthest = point.carriers().max_by(|a, b| (a.1 * inwards(a.0)).total_cmp(&(b.1 * inwards(b.0))));
+            let node = furthest.map(|(node, _)| node).into_iter();
+            changed |= self.hold_nodes(node, point.obstacle as usize, &plane, system);
         }
         changed
     }
