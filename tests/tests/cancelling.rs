@@ -109,6 +109,10 @@ impl ContactConstraints for Cancelling {
         false
     }
 
+    fn keep_start(&mut self) {}
+
+    fn take_back(&mut self, _: &mut System) {}
+
     fn end(&mut self, _: &mut System, _: &mut [Vec3]) {
         panic!("a cancelled step has no end");
     }

@@ -221,13 +221,18 @@ impl Fall {
     }
 }
 
-/// 12 falls; those of `FALLS`, as `0..300`, if it is set.
+/// Falls that have failed: the damping of crushed elements grew over what explicit substeps follow, and a cell that turned brought a point into the
+/// sphere that was moved out again in each step.
+const MENDED: [u64; 2] = [95, 155];
+
+/// 12 falls and those that have failed; those of `FALLS`, as `0..300`, if it is set.
 #[test]
 fn falling_bodies_do_not_enter_obstacles_and_gain_no_energy() {
-    let range = std::env::var("FALLS").unwrap_or_else(|_| "0..12".into());
-    let (first, end) = range.split_once("..").expect("first..end");
+    let range = std::env::var("FALLS").ok();
+    let (first, end) = range.as_deref().unwrap_or("0..12").split_once("..").expect("first..end");
     let numbers = first.parse().expect("a number")..end.parse().expect("a number");
-    numbers.for_each(|number| Fall::new(number).check());
+    let mended = MENDED.into_iter().filter(|_| range.is_none());
+    numbers.chain(mended).for_each(|number| Fall::new(number).check());
 }
 
 /// A cloth of 200 mm above what `obstacle` says.

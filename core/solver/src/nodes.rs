@@ -96,6 +96,11 @@ impl Nodes {
         }
     }
 
+    /// Frees a node that a contact constrained.
+    pub fn release(&mut self, node: u32) {
+        (self.constraint[node as usize], self.prescribed[node as usize]) = (Constraint::Free, Vec3::zeros());
+    }
+
     /// Kinetic energy, J.
     pub fn kinetic_energy(&self) -> f64 {
         self.v.iter().zip(&self.mass).map(|(v, m)| 0.5 * m * v.norm_squared()).sum()

@@ -235,6 +235,16 @@ impl System {
         Ok(())
     }
 
+    /// Records the history of elements before a step that may be taken again.
+    pub(super) fn keep_history(&mut self) {
+        self.sets.iter_mut().for_each(|set| set.start_history.copy_from_slice(&set.history));
+    }
+
+    /// Exchanges the history of elements with the one that [`System::keep_history`] recorded.
+    pub(super) fn swap_history(&mut self) {
+        self.sets.iter_mut().for_each(|set| std::mem::swap(&mut set.history, &mut set.start_history));
+    }
+
     /// Sets the history of all elements to zero.
     pub fn clear_history(&mut self) {
         self.sets.iter_mut().for_each(|set| set.history.fill(0.0));

@@ -33,6 +33,8 @@ pub struct SheetTips {
     dt: f64,
     /// Contacts of the last step, nodes ascending.
     previous: Vec<PreviousContact>,
+    /// The same before a step that may be taken again.
+    start: Vec<PreviousContact>,
 }
 
 /// A contact of the last step.
@@ -261,6 +263,17 @@ impl ContactConstraints for SheetTips {
         self.is_pressed || !self.contacts.is_empty()
     }
 
+    fn keep_start(&mut self) {
+        self.start.clone_from(&self.previous);
+    }
+
+    fn take_back(&mut self, system: &mut System) {
+        self.previous.clone_from(&self.start);
+        for contact in self.contacts.drain(..) {
+            system.nodes.release(contact.node);
+        }
+    }
+
     fn end(&mut self, system: &mut System, reaction: &mut [Vec3]) {
         self.friction_work = 0.0;
         for tip in &mut self.tips {
@@ -319,8 +332,7 @@ impl ContactConstraints for SheetTips {
                 self.friction_work -= contact.friction.dot(&slip) * self.dt;
                 reaction[i] += contact.friction;
             }
-            system.nodes.constraint[i] = Constraint::Free;
-            system.nodes.prescribed[i] = Vec3::zeros();
+            system.nodes.release(contact.node);
         }
     }
 }

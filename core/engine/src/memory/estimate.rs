@@ -125,7 +125,7 @@ impl CellCosts {
         }
         for request in requests {
             let corners = f64::from(corners_of(request.kind));
-            let numbers = 2.0 + f64::from(request.rest_stride) + 2.0 * f64::from(request.history_stride);
+            let numbers = 2.0 + f64::from(request.rest_stride) + 3.0 * f64::from(request.history_stride);
             // Lists grow to at most twice their length; half of that on the average.
             let element = 1.5 * (4.0 * corners + 8.0 * numbers);
             let map = if implicit { 4.0 * corners * corners } else { 0.0 };

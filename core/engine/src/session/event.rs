@@ -31,7 +31,8 @@ pub enum EventKind {
     History,
     /// A solve did not meet its tolerance.
     NotConverged,
-    /// An implicit step would have gained energy and was taken again, with backward Euler and more Newton iterations.
+    /// A step would have gained energy and was taken again: an implicit one with backward Euler and more Newton iterations, an explicit one with more
+    /// substeps.
     RepeatedStep,
     /// More substeps were taken than planned.
     Substeps,

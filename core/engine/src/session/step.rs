@@ -252,12 +252,16 @@ impl Session {
         }
         let repeated = report.repeated_steps as u64;
         self.events.add_many(EventKind::RepeatedStep, repeated, time.start, || {
+            let with = match self.limits.scheme.is_implicit() {
+                true => "more Newton iterations".to_owned(),
+                false => format!("{} substeps", report.substeps),
+            };
             format!(
-                "body `{}`: a step of {} s is long for its forces and would have gained energy; it was taken again with more Newton iterations",
+                "body `{}`: a step of {} s is long for its forces and would have gained energy; it was taken again with {with}",
                 self.bodies[index].name, self.clock.dt
             )
         });
-        frame.substeps = frame.substeps.max(substeps);
+        frame.substeps = frame.substeps.max(report.substeps);
         frame.iterations += report.iterations;
         frame.residual = frame.residual.max(report.residual);
         frame.work[0] += report.assembly_seconds;

@@ -38,6 +38,8 @@ pub struct ElementSet {
     pub(super) history: Vec<f64>,
     /// History after the current step (stride x m), exchanged with `history` when the step is complete.
     pub(super) next_history: Vec<f64>,
+    /// History at the beginning of a step that may be taken again (stride x m).
+    pub(super) start_history: Vec<f64>,
     /// Chunks of the list.
     pub(super) schedule: Schedule,
     /// Slots in the matrix of each pair of corners (m x pairs); empty without a matrix.
@@ -64,6 +66,7 @@ impl ElementSet {
             rest_data: Vec::new(),
             history: Vec::new(),
             next_history: Vec::new(),
+            start_history: Vec::new(),
             schedule: Schedule::default(),
             slots: Vec::new(),
         }
@@ -119,6 +122,7 @@ impl ElementSet {
         self.history.clear();
         self.history.resize(count * self.request.history_stride as usize, 0.0);
         self.next_history.clone_from(&self.history);
+        self.start_history.clone_from(&self.history);
         self.rest(material, nodes)
     }
 

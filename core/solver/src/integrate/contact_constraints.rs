@@ -27,6 +27,10 @@ pub trait ContactConstraints {
     fn has_candidates(&self) -> bool;
     /// Whether any node is constrained, or pressed by the springs of a contact.
     fn is_active(&self) -> bool;
+    /// Records its state before a step of several substeps, which [`take_back`](Self::take_back) returns to.
+    fn keep_start(&mut self);
+    /// Returns to the state that was recorded, because the step is taken again, and releases all nodes.
+    fn take_back(&mut self, system: &mut System);
     /// Releases all nodes. `reaction` holds the constraint forces of the step, N (n x 3); adds the forces of [`add_forces`](Self::add_forces).
     fn end(&mut self, system: &mut System, reaction: &mut [Vec3]);
 }
@@ -63,6 +67,10 @@ impl ContactConstraints for NoContacts {
     fn is_active(&self) -> bool {
         false
     }
+
+    fn keep_start(&mut self) {}
+
+    fn take_back(&mut self, _: &mut System) {}
 
     fn end(&mut self, _: &mut System, _: &mut [Vec3]) {}
 }

@@ -27,6 +27,7 @@ impl Integrator {
             ExplicitOrder::PositionFirst => move_nodes(pool, system, dt),
             ExplicitOrder::VelocityFirst => {}
         }
+        let mut work = 0.0;
         for _ in 0..MAX_ACTIVE_SET_PASSES {
             // Without candidates there are no contact forces to clear and to add.
             let has_contacts = step.contacts.has_candidates();
@@ -36,17 +37,24 @@ impl Integrator {
             }
             let (nodes, force, gravity) = (&system.nodes, &self.force, loads.gravity);
             let vectors = (&mut self.scratch[..], &mut self.reaction[..]);
-            pool.par_chunks(vectors, NODES, &|first, (scratch, reaction): (&mut [Vec3], &mut [Vec3])| {
+            work = pool.fold(vectors, &|first, (scratch, reaction): (&mut [Vec3], &mut [Vec3])| {
+                let mut work = 0.0;
                 for (i, (next, reaction)) in (first..).zip(scratch.iter_mut().zip(reaction)) {
-                    let f = if has_contacts { force[i] + *next } else { force[i] };
+                    let of_contact = if has_contacts { *next } else { Vec3::zeros() };
+                    let f = if has_contacts { force[i] + of_contact } else { force[i] };
                     let free = nodes.v[i] + dt * (gravity + 1.0 / nodes.mass[i] * f);
                     if nodes.constraint[i].is_free() {
                         (*next, *reaction) = (flush_denormals(free), Vec3::zeros());
+                        if has_contacts {
+                            work += of_contact.dot(next);
+                        }
                         continue;
                     }
                     *next = flush_denormals(nodes.constraint[i].merge(free, nodes.prescribed[i]));
                     *reaction = (*next - free) * nodes.mass[i] / dt;
+                    work += (of_contact + *reaction).dot(next);
                 }
+                work
             });
             let (next, reaction) = (&self.scratch, &self.reaction);
             let trial = TrialStep { velocity: &|_, i| next[i], reaction: &|i| reaction[i], error_bound: None };
@@ -54,6 +62,7 @@ impl Integrator {
                 break;
             }
         }
+        self.refinement.contact_work += dt * work;
         std::mem::swap(&mut system.nodes.v, &mut self.scratch);
         report.max_speed = check(system)?;
         match order {

@@ -10,6 +10,7 @@ mod explicit;
 mod implicit;
 pub mod limit;
 mod quasi_static;
+mod refinement;
 mod right_side;
 pub mod scheme;
 
@@ -22,7 +23,8 @@ use crate::force_model::{ForceError, StepTime};
 use crate::interrupts::Interrupts;
 use contact_constraints::{ContactConstraints, NoContacts};
 use energy_guard::EnergyGuard;
-use scheme::{History, Method, Scheme};
+use refinement::Refinement;
+use scheme::{ExplicitOrder, History, Method, Scheme};
 use thiserror::Error;
 
 /// External loads on a body during a step.
@@ -49,7 +51,10 @@ pub struct StepReport {
     pub max_speed: f64,
     /// Number of Newton iterations, over all substeps.
     pub newton_iterations: usize,
-    /// Implicit steps that would have gained energy and were taken again, with backward Euler and more Newton iterations.
+    /// Number of substeps.
+    pub substeps: usize,
+    /// Steps that would have gained energy and were taken again: implicit ones with backward Euler and more Newton iterations, explicit ones with
+    /// twice as many substeps.
     pub repeated_steps: usize,
     /// Wall-clock time of element forces and matrix assembly, s.
     pub assembly_seconds: f64,
@@ -65,6 +70,7 @@ impl Default for StepReport {
             converged: true,
             max_speed: 0.0,
             newton_iterations: 0,
+            substeps: 1,
             repeated_steps: 0,
             assembly_seconds: 0.0,
             solve_seconds: 0.0,
@@ -106,8 +112,11 @@ pub struct Integrator {
     pub newton_tolerance: f64,
     /// Largest displacement of a node in one Newton iteration of a quasi-static step, m.
     pub max_displacement: f64,
-    /// Speed of a node, m/s, from which on a step of backward Euler or BDF2 may not gain energy; one of a midpoint rule may not at any speed.
+    /// Speed of a node, m/s, from which on a step of backward Euler, BDF2 or symplectic Euler may not gain energy; one of a midpoint rule may not at
+    /// any speed.
     pub guarded_speed: f64,
+    /// Substeps, at most, of a step of symplectic Euler that would gain energy.
+    pub max_substeps: usize,
     /// What ends a step before it is done.
     pub interrupts: Interrupts,
     /// Constraint force on each node in the last step, N (n x 3).
@@ -130,10 +139,11 @@ pub struct Integrator {
     before: [Vec<Vec3>; 2],
     history: History,
     energy_guard: EnergyGuard,
+    refinement: Refinement,
     pcg: Pcg,
 }
 
-/// Inputs of one substep.
+/// Inputs of a step or of one of its substeps.
 struct Substep<'a> {
     pool: &'a Pool,
     loads: &'a Loads<'a>,
@@ -152,6 +162,7 @@ impl Integrator {
             newton_tolerance: 1e-6,
             max_displacement: f64::INFINITY,
             guarded_speed: f64::INFINITY,
+            max_substeps: 0,
             interrupts: Interrupts::default(),
             reaction: Vec::new(),
             force: Vec::new(),
@@ -164,6 +175,7 @@ impl Integrator {
             before: Default::default(),
             history: History::Interrupted,
             energy_guard: EnergyGuard::default(),
+            refinement: Refinement::default(),
             pcg: Pcg::default(),
         }
     }
@@ -202,6 +214,7 @@ impl Integrator {
     pub fn forget_history(&mut self) {
         self.history = History::Interrupted;
         self.energy_guard.reset();
+        self.refinement = Refinement::default();
     }
 
     /// Advances `system` by `time.dt` in `substeps` equal steps, without contacts.
@@ -232,19 +245,34 @@ impl Integrator {
         time: StepTime,
         substeps: usize,
     ) -> Result<StepReport, StepError> {
-        let dt = time.dt / substeps as f64;
-        let mut report = StepReport::default();
-        if substeps > 1 {
-            let [x, v] = &mut self.start;
-            x.copy_from_slice(&system.nodes.x);
-            v.copy_from_slice(&system.nodes.v);
+        let mut step = Substep { pool, loads, contacts, time };
+        let is_guarded = matches!(self.scheme.properties().method, Method::Explicit(ExplicitOrder::VelocityFirst))
+            && self.guarded_speed < f64::INFINITY;
+        if is_guarded {
+            return self.refined_step(system, &mut step, substeps);
         }
+        if substeps > 1 {
+            self.keep_start(system);
+        }
+        self.substeps(system, &mut step, substeps)
+    }
+
+    /// Takes a step in `substeps` equal parts. With several, `self.start` has the state before.
+    fn substeps(
+        &mut self,
+        system: &mut System,
+        step: &mut Substep<'_>,
+        substeps: usize,
+    ) -> Result<StepReport, StepError> {
+        let (pool, loads, time) = (step.pool, step.loads, step.time);
+        let dt = time.dt / substeps as f64;
+        let mut report = StepReport { substeps, ..StepReport::default() };
         for sub in 0..substeps {
             if let Err(interrupt) = self.interrupts.check() {
                 return Err(self.take_back(interrupt, system, substeps));
             }
             let now = StepTime { start: time.start + sub as f64 * dt, dt };
-            let mut step = Substep { pool, loads, contacts: &mut *contacts, time: now };
+            let mut step = Substep { pool, loads, contacts: &mut *step.contacts, time: now };
             let stepped = match self.scheme.properties().method {
                 Method::Equilibrium => self.settle(system, &mut step, &mut report),
                 Method::Implicit(coefficients) => self.implicit(system, &mut step, coefficients, &mut report),
@@ -257,6 +285,13 @@ impl Integrator {
             system.advance(pool, StepTime { start: now.end(), dt })?;
         }
         Ok(report)
+    }
+
+    /// Records positions and velocities before a step.
+    fn keep_start(&mut self, system: &System) {
+        let [x, v] = &mut self.start;
+        x.copy_from_slice(&system.nodes.x);
+        v.copy_from_slice(&system.nodes.v);
     }
 
     /// Puts the body where it was before an interrupted step. History of elements stays as the last whole substep left it. A substep puts its own

@@ -42,6 +42,16 @@ impl ContactConstraints for BodyContacts<'_> {
         self.tips.is_active() || self.obstacles.is_active()
     }
 
+    fn keep_start(&mut self) {
+        self.tips.keep_start();
+        self.obstacles.keep_start();
+    }
+
+    fn take_back(&mut self, system: &mut System) {
+        self.tips.take_back(system);
+        self.obstacles.take_back(system);
+    }
+
     fn end(&mut self, system: &mut System, reaction: &mut [Vec3]) {
         self.tips.end(system, reaction);
         self.obstacles.end(system, reaction);

@@ -50,6 +50,10 @@ pub struct ObstacleContacts {
     fixed: Vec<bool>,
     /// Contacts of the last substep, nodes ascending.
     previous: Vec<PreviousContact>,
+    /// The same before a step that may be taken again.
+    start: Vec<PreviousContact>,
+    /// Substeps since [`ObstacleContacts::place`], s.
+    elapsed: f64,
     /// Length of the substep, s.
     dt: f64,
     /// Distance that counts as contact, m: rounding.
@@ -113,6 +117,7 @@ impl ObstacleContacts {
         self.friction_work.clear();
         self.friction_work.resize(self.obstacles.len(), 0.0);
         let edge = body.discretization.edge();
+        self.elapsed = 0.0;
         (self.span, self.tolerance, self.follow) = (span, TOLERANCE * edge, FOLLOW * edge);
         self.candidates.find(body, &self.obstacles, moved, reach, &mut self.points)
     }
@@ -449,6 +454,23 @@ impl ContactConstraints for ObstacleContacts {
         !self.contacts.is_empty()
     }
 
+    fn keep_start(&mut self) {
+        self.start.clone_from(&self.previous);
+    }
+
+    fn take_back(&mut self, system: &mut System) {
+        self.previous.clone_from(&self.start);
+        self.force.fill(Vec3::zeros());
+        self.friction_work.fill(0.0);
+        for placed in &mut self.obstacles {
+            placed.position -= self.elapsed * placed.velocity;
+        }
+        self.elapsed = 0.0;
+        for contact in self.contacts.drain(..) {
+            system.nodes.release(contact.node);
+        }
+    }
+
     fn end(&mut self, system: &mut System, reaction: &mut [Vec3]) {
         self.previous.clear();
         let share = self.dt / self.span;
@@ -489,13 +511,13 @@ impl ContactConstraints for ObstacleContacts {
                     reaction[i] -= push * n;
                 }
             }
-            system.nodes.constraint[i] = Constraint::Free;
-            system.nodes.prescribed[i] = Vec3::zeros();
+            system.nodes.release(contact.node);
         }
         self.previous.sort_unstable_by_key(|last| last.node);
         self.move_out(system);
         for placed in &mut self.obstacles {
             placed.position += self.dt * placed.velocity;
         }
+        self.elapsed += self.dt;
     }
 }

@@ -1,0 +1,129 @@
+//! Explicit steps that are divided further.
+//!
+//! Substeps are chosen by the frequencies of a body at rest. A body that is crushed or stretched may have higher ones: the damping of a stretched
+//! solid grows with the square of its stretch. Then the fastest modes grow from substep to substep, until a state is not finite. So a step that would
+//! gain energy, or ends not finite, is taken again with twice as many substeps, and the following ones have as many, until enough of them were calm.
+
+use super::energy_guard::work;
+use super::{Integrator, StepError, StepReport, Substep};
+use crate::algebra::Vec3;
+use crate::force_model::ForceError;
+use crate::system::System;
+
+/// Steps without a gain after which substeps are doubled in length again.
+const CALM_STEPS: u32 = 64;
+
+/// How much further steps are divided now.
+#[derive(Debug, Default)]
+pub(super) struct Refinement {
+    /// How often substeps are halved.
+    halvings: u32,
+    /// Steps since `halvings` has changed.
+    calm: u32,
+    /// Work of the forces of contacts and fixings in this step, J.
+    pub contact_work: f64,
+}
+
+impl Refinement {
+    /// Number of substeps for `planned` ones.
+    fn substeps(&self, planned: usize) -> usize {
+        planned << self.halvings
+    }
+
+    /// Halves the substeps, up to `most` of them. Returns whether it did.
+    fn halve(&mut self, planned: usize, most: usize) -> bool {
+        let allowed = self.substeps(planned).saturating_mul(2) <= most;
+        if allowed {
+            (self.halvings, self.calm) = (self.halvings + 1, 0);
+        }
+        allowed
+    }
+
+    /// Enters a step that stands.
+    fn settle(&mut self) {
+        self.calm += 1;
+        if self.calm >= CALM_STEPS {
+            (self.halvings, self.calm) = (self.halvings.saturating_sub(1), 0);
+        }
+    }
+}
+
+impl Integrator {
+    /// Takes an explicit step in `planned` substeps, or in more if it would gain energy or end not finite.
+    ///
+    /// # Errors
+    /// Those of [`Integrator::step_with_contacts`].
+    pub(super) fn refined_step(
+        &mut self,
+        system: &mut System,
+        step: &mut Substep<'_>,
+        planned: usize,
+    ) -> Result<StepReport, StepError> {
+        self.keep_start(system);
+        step.contacts.keep_start();
+        let mut repeated_steps = 0;
+        loop {
+            system.keep_history();
+            self.refinement.contact_work = 0.0;
+            let stepped = self.substeps(system, step, self.refinement.substeps(planned));
+            let stands = match &stepped {
+                Ok(report) => self.admits_substeps(system, step, report.max_speed)?,
+                Err(StepError::Cancelled | StepError::TimedOut) => return stepped,
+                Err(StepError::Diverged { .. } | StepError::Force(_)) => false,
+            };
+            if stands {
+                self.refinement.settle();
+            } else if self.refinement.halve(planned, self.max_substeps) {
+                repeated_steps += 1;
+                system.nodes.x.copy_from_slice(&self.start[0]);
+                system.nodes.v.copy_from_slice(&self.start[1]);
+                system.swap_history();
+                step.contacts.take_back(system);
+                continue;
+            }
+            return stepped.map(|report| StepReport { repeated_steps, ..report });
+        }
+    }
+
+    /// Whether the step from `self.start` to the present state may stand, whose fastest node moves at `fastest` (m/s).
+    ///
+    /// # Errors
+    /// Returns the error of the material.
+    fn admits_substeps(&mut self, system: &mut System, step: &Substep<'_>, fastest: f64) -> Result<bool, ForceError> {
+        if fastest < self.guarded_speed {
+            return Ok(true);
+        }
+        let [x, v] = &self.start;
+        let work = work(step.loads, &system.nodes, &[], [x, v]) + self.refinement.contact_work;
+        let kinetic =
+            |v: &[Vec3]| -> f64 { v.iter().zip(&system.nodes.mass).map(|(v, m)| 0.5 * m * v.norm_squared()).sum() };
+        let kinetic = [kinetic(v), kinetic(&system.nodes.v)];
+        let Ok(after) = system.energy(step.time) else { return Ok(false) };
+        let mut swap = |system: &mut System| {
+            std::mem::swap(&mut system.nodes.x, &mut self.start[0]);
+            system.swap_history();
+        };
+        swap(system);
+        let before = system.energy(step.time);
+        swap(system);
+        Ok(self.energy_guard.admit(kinetic[0] + before?, kinetic[1] + after, work))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn substeps_double_up_to_the_limit_and_come_back_when_steps_are_calm() {
+        let mut refinement = Refinement::default();
+        assert!(refinement.halve(3, 12) && refinement.halve(3, 12) && !refinement.halve(3, 12));
+        assert_eq!(refinement.substeps(3), 12);
+        (0..CALM_STEPS - 1).for_each(|_| refinement.settle());
+        assert_eq!(refinement.substeps(3), 12);
+        refinement.settle();
+        assert_eq!(refinement.substeps(3), 6);
+        (0..10 * CALM_STEPS).for_each(|_| refinement.settle());
+        assert_eq!(refinement.substeps(3), 3);
+    }
+}
