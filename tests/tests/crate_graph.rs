@@ -1,4 +1,5 @@
-//! No crate of the workspace depends on another one that the table in `ARCHITECTURE.md` does not allow it.
+//! No crate of the workspace depends on another one that the table in `ARCHITECTURE.md` does not allow it, and what may stand in some places
+//! alone stands nowhere else.
 
 use pliant_tests::root;
 use std::collections::BTreeMap;
@@ -126,5 +127,43 @@ fn crates_deny_floats_that_depend_on_the_platform() {
         let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let denies = "#![cfg_attr(not(test), deny(clippy::disallowed_methods))]";
         assert!(text.lines().any(|line| line == denies), "{folder}/src/lib.rs has no line `{denies}`");
+    }
+}
+
+/// Where vector instructions of one processor may stand; everything else is written once, over these.
+const LANES: [&str; 2] = ["plugin-api/src/lanes/", "core/solver/src/lanes/"];
+
+/// Paths of the Rust sources in a folder, relative to the root.
+fn sources(folder: &Path, all: &mut Vec<String>) {
+    for entry in std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display())) {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() && !path.ends_with("target") {
+            sources(&path, all);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let relative = path.strip_prefix(root()).expect("a path under the root");
+            all.push(relative.to_string_lossy().replace('\\', "/"));
+        }
+    }
+}
+
+/// The first line of a source that names instructions or registers of one processor.
+fn processor_line(text: &str) -> Option<usize> {
+    // Put together, so that this file is not found.
+    let names = [["std::", "arch"], ["core::", "arch"], ["pulp::", "x86"], ["._", "mm"]].map(|parts| parts.concat());
+    text.lines().position(|line| names.iter().any(|name| line.contains(name.as_str()))).map(|at| at + 1)
+}
+
+#[test]
+fn vector_instructions_stand_in_lanes_alone() {
+    let mut all = Vec::new();
+    for folder in members().into_values().chain(["window", "python", "fuzz"].map(str::to_owned)) {
+        sources(&root().join(folder), &mut all);
+    }
+    assert!(LANES.iter().all(|lanes| all.iter().any(|path| path.starts_with(lanes))), "{LANES:?}");
+    for path in all.iter().filter(|path| !LANES.iter().any(|lanes| path.starts_with(lanes))) {
+        let text = std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
+        if let Some(line) = processor_line(&text) {
+            panic!("{path}:{line} names one processor's instructions; they are allowed in {LANES:?} alone");
+        }
     }
 }

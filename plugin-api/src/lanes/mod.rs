@@ -1,15 +1,19 @@
 //! Kernels written once for a scalar and for a vector register.
 //!
-//! A kernel is generic over [`Real`]. With `f64` it computes one element; with `Wide` (feature `lanes`) it computes one element per
-//! lane of a vector register. Both do the same operations in the same order on each element and use no fused multiply-add, so
+//! A kernel is generic over [`Real`]. With `f64` it computes one element; with `Wide` or `SingleWide` (feature `lanes`) it computes one
+//! element per lane of a vector register. Both do the same operations in the same order on each element and use no fused multiply-add, so
 //! the bytes do not depend on the vector unit found at run time (`pulp::Arch::new().dispatch`).
 //!
 //! Everything between `dispatch` and the arithmetic must be inlined, or it is not compiled for the vector unit. Closures are not
 //! always inlined, so kernels use none, except on rare paths ([`Real::map_lanes`]).
 
 #[cfg(feature = "lanes")]
+mod gather;
+#[cfg(feature = "lanes")]
 mod interleaved;
 mod prefetch;
+#[cfg(feature = "lanes")]
+mod rows;
 #[cfg(feature = "lanes")]
 mod units;
 mod vec3;
@@ -20,15 +24,19 @@ mod x86;
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 #[cfg(feature = "lanes")]
+pub use gather::{NodeVectorsView, gather};
+#[cfg(feature = "lanes")]
 pub use interleaved::Interleaved;
 pub use prefetch::prefetch;
 #[cfg(feature = "lanes")]
 pub use pulp;
 #[cfg(feature = "lanes")]
+pub use rows::{RowScalar, SplitBlock, add_block};
+#[cfg(feature = "lanes")]
 pub use units::units;
 pub use vec3::Vec3;
 #[cfg(feature = "lanes")]
-pub use wide::{MAX_LANES, Wide};
+pub use wide::{MAX_LANES, MAX_SINGLE_LANES, SingleWide, Wide};
 
 /// A real number, or one for each lane of a vector register; operations act lane by lane.
 pub trait Real:

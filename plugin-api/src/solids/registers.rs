@@ -2,30 +2,14 @@
 //! list, so the bytes do not depend on the vector unit.
 
 use super::matrix::Mat3;
-use crate::lanes::{MAX_LANES, Vec3, Wide};
+use crate::lanes::{self, MAX_LANES, NodeVectorsView, Vec3, Wide};
 use crate::{BlockScalar, Blocks, NodeVectors};
 use pulp::Simd;
 
 /// The vectors at the corners of elements `e, e + 1, ..`; lanes past the end repeat the last element.
 #[inline(always)]
 pub fn gather<S: Simd>(simd: S, nodes: &[[u32; 4]], e: usize, vectors: &[[f64; 3]]) -> [Vec3<Wide<S>>; 4] {
-    let mut lanes = [[[0.0; MAX_LANES]; 3]; 4];
-    for lane in 0..S::F64_LANES {
-        let nodes = nodes[(e + lane).min(nodes.len() - 1)];
-        for corner in 0..4 {
-            let vector = vectors[nodes[corner] as usize];
-            for i in 0..3 {
-                lanes[corner][i][lane] = vector[i];
-            }
-        }
-    }
-    let mut all = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 4];
-    for corner in 0..4 {
-        for i in 0..3 {
-            all[corner][i] = Wide::load(simd, &lanes[corner][i]);
-        }
-    }
-    all
+    lanes::gather(simd, nodes, e, NodeVectorsView::new(vectors))
 }
 
 /// Adds vectors to the corners of elements `e, e + 1, ..`. Returns a sum over them that is finite only if the vectors of the last three corners

@@ -20,10 +20,8 @@ mod laplacian;
 mod membrane;
 mod settings;
 mod tangent;
-mod transpose;
 mod triangle;
 mod vector;
-mod wide_single;
 mod wrinkling;
 
 use bending::Hinge;

@@ -178,6 +178,15 @@ pub fn widest<W: Work>(work: W) -> W::Output {
     }
 }
 
+/// Registers of 256 bits where the processor has them, for loops over eight numbers in single precision.
+pub fn arch_of_256_bits() -> pulp::Arch {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(unit) = pulp::x86::V3::try_new() {
+        return pulp::Arch::V3(unit);
+    }
+    pulp::Arch::Scalar
+}
+
 /// The vector units a processor may have; tests compare their bytes.
 #[cfg(test)]
 #[derive(Clone, Copy, Debug)]
@@ -195,13 +204,11 @@ impl Unit {
     pub fn run<W: Work>(self, work: W) -> W::Output {
         match self {
             Self::Plain => work.on(Plain),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => match pulp::x86::V3::try_new() {
-                Some(unit) => unit.vectorize(On { work, unit }),
-                None => work.on(Plain),
+            Self::Avx2 => match arch_of_256_bits() {
+                #[cfg(target_arch = "x86_64")]
+                pulp::Arch::V3(unit) => unit.vectorize(On { work, unit }),
+                _ => work.on(Plain),
             },
-            #[cfg(not(target_arch = "x86_64"))]
-            Self::Avx2 => work.on(Plain),
             Self::Widest => widest(work),
         }
     }

@@ -1,10 +1,9 @@
 //! Membrane forces of triangles.
 
-use super::{gather, load_triangles, prefetch_elements, sum_of_lanes};
+use super::{load_triangles, prefetch_elements, sum_of_lanes};
 use crate::membrane::Membrane;
-use crate::transpose::NodeVectorsView;
 use crate::triangle;
-use pliant_plugin_api::lanes::{MAX_LANES, Wide};
+use pliant_plugin_api::lanes::{MAX_LANES, NodeVectorsView, Wide, gather};
 use pliant_plugin_api::{Elements, NodeVectors, NodeWindow};
 use pulp::{Simd, WithSimd};
 

@@ -11,10 +11,8 @@ pub(crate) use forces::Forces;
 pub(crate) use stiffness::{SingleStiffness, Stiffness};
 pub(crate) use strains::Strains;
 
-use crate::transpose::NodeVectorsView;
 use crate::triangle::{self, Triangle};
-use crate::vector::Vec3;
-use pliant_plugin_api::lanes::{MAX_LANES, Wide};
+use pliant_plugin_api::lanes::Wide;
 use pliant_plugin_api::prefetch;
 use pulp::Simd;
 
@@ -38,43 +36,6 @@ fn prefetch_slots(slots: &[[u32; 6]], e: usize, count: usize) {
     for line in 0..(6 * count).div_ceil(SLOTS_PER_LINE) {
         prefetch(slots.as_flattened(), 6 * (e + AHEAD) + SLOTS_PER_LINE * line);
     }
-}
-
-/// The vectors at the corners of elements `e, e + 1, ..`; lanes past the end repeat the last element.
-#[inline(always)]
-fn gather<S: Simd, const K: usize>(
-    simd: S,
-    nodes: &[[u32; K]],
-    e: usize,
-    values: NodeVectorsView<'_>,
-) -> [Vec3<Wide<S>>; K] {
-    let mut clamped = [[0; K]; MAX_LANES];
-    let elements = match nodes.get(e..e + S::F64_LANES) {
-        Some(elements) => elements,
-        None => {
-            for lane in 0..S::F64_LANES {
-                clamped[lane] = nodes[(e + lane).min(nodes.len() - 1)];
-            }
-            &clamped[..S::F64_LANES]
-        }
-    };
-    const { assert!(K <= 4, "corners are written out") };
-    let zero = Vec3([Wide(simd.splat_f64s(0.0), simd); 3]);
-    let mut all = [zero; K];
-    // Written out: with a loop the compiler keeps the array in memory.
-    if K > 0 {
-        all[0] = values.gather(simd, elements, 0);
-    }
-    if K > 1 {
-        all[1] = values.gather(simd, elements, 1);
-    }
-    if K > 2 {
-        all[2] = values.gather(simd, elements, 2);
-    }
-    if K > 3 {
-        all[3] = values.gather(simd, elements, 3);
-    }
-    all
 }
 
 /// Writes the lanes to elements `e, e + 1, ..` of a plane; lanes past the end are dropped.
@@ -107,6 +68,7 @@ mod tests {
     use crate::Cloth;
     use pliant_plugin_api::TangentScale;
     use pliant_plugin_api::kit::{self, Body};
+    use pliant_plugin_api::lanes::units;
 
     #[test]
     fn every_vector_unit_gives_the_same_bytes() {
@@ -124,10 +86,7 @@ mod tests {
             body.x[1] = body.x[0];
             body.x[2] = body.x[0];
             let mut results = Vec::new();
-            let mut units = vec![pulp::Arch::Scalar, pulp::Arch::new()];
-            #[cfg(target_arch = "x86_64")]
-            units.extend(pulp::x86::V3::try_new().map(pulp::Arch::V3));
-            for arch in units {
+            for arch in units() {
                 material.arch = arch;
                 let tangent = body.tangent(&material, TangentScale { stiffness: 0.7, damping: 0.3 }).unwrap();
                 let single =

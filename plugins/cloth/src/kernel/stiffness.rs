@@ -1,13 +1,13 @@
 //! Membrane stiffness of triangles, in double and in single precision.
 
-use super::{gather, load_triangles, prefetch_elements, prefetch_slots};
+use super::{load_triangles, prefetch_elements, prefetch_slots};
 use crate::membrane::Membrane;
-use crate::transpose::{self, NodeVectorsView};
 use crate::triangle::{self, Triangle};
 use crate::vector::Vec3;
-use crate::wide_single::MAX_SINGLE_LANES;
-use pliant_plugin_api::lanes::MAX_LANES;
-use pliant_plugin_api::{BlockWindow, Blocks, Elements, SingleBlocks, TangentScale, abi};
+use pliant_plugin_api::lanes::{
+    MAX_LANES, MAX_SINGLE_LANES, NodeVectorsView, SingleWide, SplitBlock, Wide, add_block, gather,
+};
+use pliant_plugin_api::{BlockWindow, Blocks, Elements, SingleBlocks, TangentScale};
 use pulp::{Simd, WithSimd};
 
 /// Pairs of corners of a triangle.
@@ -41,14 +41,13 @@ impl WithSimd for Stiffness<'_, '_> {
             let blocks = membrane.tangent(&shape, f, scale).blocks(&shape);
             for pair in 0..PAIRS {
                 let [[a, b, c], [d, e, f], [g, h, i]] = blocks[pair];
-                (rows[pair], last[pair]) = (transpose::lanes_to_rows(simd, [a, b, c, d, e, f, g, h]), i.to_array());
+                (rows[pair], last[pair]) = (Wide::rows([a, b, c, d, e, f, g, h]), i.to_array());
             }
             for lane in 0..count {
                 let slots = &slots[e + lane];
                 for pair in 0..PAIRS {
-                    let target = &mut targets[(slots[pair] & !abi::TRANSPOSED) as usize - first_slot];
-                    let block = transpose::SplitBlock { first: &rows[pair][lane], last: last[pair][lane] };
-                    transpose::add_block(simd, target, block, slots[pair] & abi::TRANSPOSED != 0);
+                    let block = SplitBlock { first: &rows[pair][lane], last: last[pair][lane] };
+                    add_block(simd, targets, first_slot, slots[pair], block);
                 }
             }
         }
@@ -91,29 +90,27 @@ impl WithSimd for SingleStiffness<'_, '_> {
             let (low, high) = (load_triangles(simd, &planes, e), load_triangles(simd, &planes, e + S::F64_LANES));
             let f_low = low.deformation_gradient(gather(simd, nodes, e, x));
             let f_high = high.deformation_gradient(gather(simd, nodes, e + S::F64_LANES, x));
-            let mut f = [Vec3([transpose::to_single(f_low[0][0], f_high[0][0]); 3]); 2];
+            let mut f = [Vec3([SingleWide::round(f_low[0][0], f_high[0][0]); 3]); 2];
             for column in 0..2 {
                 for i in 0..3 {
-                    f[column][i] = transpose::to_single(f_low[column][i], f_high[column][i]);
+                    f[column][i] = SingleWide::round(f_low[column][i], f_high[column][i]);
                 }
             }
             let ([_, b, c], [_, p, q]) = (low.gradient, high.gradient);
             let gradients = [
-                [transpose::to_single(b[0], p[0]), transpose::to_single(b[1], p[1])],
-                [transpose::to_single(c[0], q[0]), transpose::to_single(c[1], q[1])],
+                [SingleWide::round(b[0], p[0]), SingleWide::round(b[1], p[1])],
+                [SingleWide::round(c[0], q[0]), SingleWide::round(c[1], q[1])],
             ];
-            let shape = Triangle::from_gradients(gradients, transpose::to_single(low.area, high.area));
+            let shape = Triangle::from_gradients(gradients, SingleWide::round(low.area, high.area));
             let blocks = membrane.tangent(&shape, f, scale).off_diagonal_blocks(&shape);
             for k in 0..3 {
                 let [[a, b, c], [d, e, f], [g, h, i]] = blocks[k];
-                (rows[k], last[k]) = (transpose::single_lanes_to_rows(simd, [a, b, c, d, e, f, g, h]), i.to_array());
+                (rows[k], last[k]) = (SingleWide::rows([a, b, c, d, e, f, g, h]), i.to_array());
             }
             for lane in 0..S::F32_LANES.min(nodes.len() - e) {
                 for k in 0..3 {
-                    let slot = slots[e + lane][OFF_DIAGONAL[k]];
-                    let target = &mut targets[(slot & !abi::TRANSPOSED) as usize - first_slot];
-                    let block = transpose::SplitBlock { first: &rows[k][lane], last: last[k][lane] };
-                    transpose::add_single_block(simd, target, block, slot & abi::TRANSPOSED != 0);
+                    let block = SplitBlock { first: &rows[k][lane], last: last[k][lane] };
+                    add_block(simd, targets, first_slot, slots[e + lane][OFF_DIAGONAL[k]], block);
                 }
             }
         }

@@ -1,11 +1,10 @@
 //! Strains of coupled hinges and their gradients.
 
-use super::{gather, prefetch_elements, store_clamped, sum_of_lanes};
+use super::{prefetch_elements, store_clamped, sum_of_lanes};
 use crate::atan2::atan2;
 use crate::dihedral::{self, ScaledSinCos};
-use crate::transpose::NodeVectorsView;
 use pliant_plugin_api::Elements;
-use pliant_plugin_api::lanes::Wide;
+use pliant_plugin_api::lanes::{NodeVectorsView, Wide, gather};
 use pulp::{Simd, WithSimd};
 
 /// Hinges whose angles are computed in one go: `atan2` is a long chain of dependent operations, and a processor overlaps two chains

@@ -1,6 +1,7 @@
 //! Vectors of slices of eight numbers, in single or double precision.
 
 use crate::lanes::aligned::Lines;
+use crate::lanes::arch_of_256_bits;
 use pulp::bytemuck::Pod;
 use pulp::{Arch, Simd};
 use std::ops::{Add, Mul, Sub};
@@ -87,11 +88,7 @@ impl Number for f32 {
     }
 
     fn arch() -> Arch {
-        #[cfg(target_arch = "x86_64")]
-        if let Some(unit) = pulp::x86::V3::try_new() {
-            return Arch::V3(unit);
-        }
-        Arch::Scalar
+        arch_of_256_bits()
     }
 
     #[inline(always)]
