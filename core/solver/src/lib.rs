@@ -33,7 +33,9 @@ pub use elements::chunk::{Chunk, Schedule};
 pub use elements::{ElementList, ElementSet};
 pub use f32_matrix::F32Matrix;
 pub use force_model::{ElementCall, ForceError, ForceModel, StepTime};
-pub use integrate::contact_constraints::{ContactConstraints, ErrorBound, NoContacts, TrialStep};
+pub use integrate::contact_constraints::{
+    ContactConstraints, ErrorBound, MAX_ACTIVE_SET_PASSES, NoContacts, TrialStep,
+};
 pub use integrate::limit::{Frequencies, SpringRates, StepLimit};
 pub use integrate::scheme::Scheme;
 pub use integrate::{Integrator, Loads, StepError, StepReport};

@@ -12,6 +12,7 @@ mod proxy;
 mod sheet_tips;
 mod soft;
 mod sums;
+mod tip_motion;
 mod triangle_point;
 
 pub use fingertip::{Press, Tip};
@@ -24,4 +25,5 @@ pub use proxy::{Friction, Proxy, Touch, apply_friction};
 pub use sheet_tips::SheetTips;
 pub use soft::{SoftMethod, SoftPress, SoftTip};
 pub(crate) use sums::NodeSums;
+pub use tip_motion::TipResponse;
 pub use triangle_point::TrianglePoint;

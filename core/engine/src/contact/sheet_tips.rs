@@ -10,7 +10,8 @@
 use super::fingertip::{Press, SWEEP, Tip, Vertex, contact_normal, goes_far, starts_sliding};
 use super::held::{State, VertexContact, is_settled};
 use super::neighbour_list::NeighbourList;
-use pliant_solver::{Constraint, ContactConstraints, System, TrialStep, Vec3};
+use super::tip_motion::{MOST_TRIED, TipMotion};
+use pliant_solver::{Constraint, ContactConstraints, MAX_ACTIVE_SET_PASSES, System, TrialStep, Vec3};
 
 /// All tips on one sheet.
 #[derive(Default)]
@@ -27,6 +28,10 @@ pub struct SheetTips {
     pub is_pressed: bool,
     /// Vertices near each tip.
     near: Vec<NeighbourList>,
+    /// Velocity of each tip with a mass in this step.
+    motions: Vec<TipMotion>,
+    /// Full solves in this Newton iteration after which contacts were judged.
+    passes: usize,
     /// Contacts of this step, nodes ascending.
     contacts: Vec<VertexContact>,
     /// Length of the step, s.
@@ -98,12 +103,67 @@ impl SheetTips {
         contact.transition(tip.friction, tip.velocity_at(system.nodes.x[contact.node as usize]), system, trial)
     }
 
+    /// Velocity along `normal` of tip `t` at a vertex at `x` (m), and the one that brings the vertex onto its surface, both in m/s.
+    fn towards(&self, t: usize, x: Vec3, normal: Vec3) -> (f64, f64) {
+        let tip = &self.tips[t];
+        let towards = tip.velocity_at(x).dot(&normal);
+        (towards, (tip.depth(x, normal) / self.dt).min(towards.max(0.0) + MAX_CORRECTION_SPEED))
+    }
+
+    /// Gives tips with a mass the velocity that follows from the force of a trial step. Returns whether one has changed, so that the step must be solved
+    /// again before contacts are judged. A tip that pinches is left to the next step.
+    fn answer(&mut self, system: &mut System, trial: &TrialStep<'_>) -> bool {
+        let mut changed = false;
+        for t in 0..self.tips.len() {
+            let Some(response) = self.tips[t].response.filter(|response| response.dt == self.dt) else { continue };
+            let holds = |contact: &&VertexContact| contact.tips.0 == t && contact.state != State::Free;
+            if self.contacts.iter().any(|c| c.tips.1.is_some() && (c.tips.0 == t || c.tips.1 == Some(t))) {
+                continue;
+            }
+            let (mut force, mut momentum, mut mass) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+            for contact in self.contacts.iter().filter(holds) {
+                let i = contact.node as usize;
+                force -= (trial.reaction)(i) + contact.friction;
+                // The speed of a correction of its place is removed at the end.
+                let towards = self.tips[t].velocity_at(system.nodes.x[i]).dot(&contact.normal);
+                let excess = (contact.target[0] - contact.rebound - towards).max(0.0);
+                force += system.nodes.mass[i] * excess / self.dt * contact.normal;
+                momentum += system.nodes.mass[i] * system.nodes.v[i];
+                mass += system.nodes.mass[i];
+            }
+            if mass == 0.0 && self.tips[t].answered.is_none() {
+                continue;
+            }
+            let sheet = if mass > 0.0 { momentum / mass } else { Vec3::zeros() };
+            let tip = &mut self.tips[t];
+            if tip.answered.is_some() {
+                tip.answered = Some(force);
+            }
+            let (velocity, wanted) = (tip.velocity, response.velocity(force));
+            let Some(next) = self.motions[t].next(velocity, wanted, sheet, tip.length_scale(), &response) else {
+                continue;
+            };
+            tip.position += self.dt * (next - velocity);
+            (tip.velocity, tip.answered) = (next, Some(force));
+            changed = true;
+            for at in 0..self.contacts.len() {
+                let contact = self.contacts[at];
+                if holds(&&contact) {
+                    let (towards, target) = self.towards(t, system.nodes.x[contact.node as usize], contact.normal);
+                    let rebound = contact.rebound;
+                    self.contacts[at].target[0] = if rebound > 0.0 { target.max(towards + rebound) } else { target };
+                    self.constrain(&self.contacts[at], system);
+                }
+            }
+        }
+        changed
+    }
+
     /// The contact of a vertex with tip `t` at the unit outward `normal`.
     fn new_contact(&self, t: usize, node: u32, vertex: Vertex, normal: Vec3) -> VertexContact {
         let Vertex { x, v } = vertex;
         let (tip, before) = (&self.tips[t], self.previous(node));
-        let towards = tip.velocity_at(x).dot(&normal);
-        let target = (tip.depth(x, normal) / self.dt).min(towards.max(0.0) + MAX_CORRECTION_SPEED);
+        let (towards, target) = self.towards(t, x, normal);
         let speed = towards - v.dot(&normal);
         let rebound = if before.is_none() && speed > MIN_REBOUND_SPEED { tip.restitution * speed } else { 0.0 };
         let caught = before.is_none() && goes_far(tip, vertex, self.dt);
@@ -200,6 +260,9 @@ impl SheetTips {
 impl ContactConstraints for SheetTips {
     fn begin(&mut self, system: &mut System, dt: f64) {
         self.dt = dt;
+        self.passes = 0;
+        self.motions.clear();
+        self.motions.resize(self.tips.len(), TipMotion::default());
         self.update_near(&system.nodes.x, dt);
         self.contacts.clear();
         for t in 0..self.tips.len() {
@@ -238,6 +301,16 @@ impl ContactConstraints for SheetTips {
     }
 
     fn update_active_set(&mut self, system: &mut System, trial: &TrialStep<'_>) -> bool {
+        let is_whole = trial.error_bound.is_none();
+        // While a velocity is searched for, contacts stay, and where tips have a mass there may be more solves than contacts are judged after.
+        let searches = self.motions.iter().any(TipMotion::is_searching);
+        if searches && is_whole && self.answer(system, trial) {
+            return true;
+        }
+        self.passes += usize::from(is_whole);
+        if self.passes > MAX_ACTIVE_SET_PASSES {
+            return !searches && is_whole && self.answer(system, trial);
+        }
         let mut changed = trial.error_bound.is_none() && self.add_swept_contacts(system, trial.velocity);
         let mut tips = std::mem::take(&mut self.contacts);
         for contact in &mut tips {
@@ -248,11 +321,29 @@ impl ContactConstraints for SheetTips {
             }
         }
         self.contacts = tips;
-        changed
+        // A velocity is found for the forces of contacts that stay as they are.
+        changed || (!searches && is_whole && self.answer(system, trial))
     }
 
     fn can_stop_early(&self, system: &System, trial: &TrialStep<'_>) -> bool {
-        is_settled(self.contacts.iter().map(|contact| self.transition(contact, system, trial)))
+        self.motions.iter().all(|motion| motion.tried == 0)
+            && is_settled(self.contacts.iter().map(|contact| self.transition(contact, system, trial)))
+    }
+
+    fn interrupts_history(&self) -> bool {
+        // The tip's step is one of backward Euler, and so is that of what it may meet.
+        let mut each = self.tips.iter().zip(&self.near);
+        self.is_active() || each.any(|(tip, near)| tip.response.is_some() && tip.constrains && !near.list.is_empty())
+    }
+
+    fn begin_iteration(&mut self) {
+        self.motions.fill(TipMotion::default());
+        self.passes = 0;
+    }
+
+    fn max_passes(&self) -> usize {
+        let answer = self.tips.iter().any(|tip| tip.response.is_some());
+        MAX_ACTIVE_SET_PASSES + if answer { MOST_TRIED } else { 0 }
     }
 
     fn has_candidates(&self) -> bool {
@@ -354,6 +445,8 @@ mod tests {
             friction,
             restitution: 0.0,
             constrains: true,
+            response: None,
+            answered: None,
             force: still,
             constrained: 0,
         }

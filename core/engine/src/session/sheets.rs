@@ -1,7 +1,7 @@
 //! Contact of tools with sheets: the choice of method, and the tips of a step.
 
 use super::{ContactChoice, Session, ToolSlot};
-use crate::contact::{SoftMethod, SoftPress, SoftTip, Tip};
+use crate::contact::{SheetTips, SoftMethod, SoftPress, SoftTip, Tip};
 use crate::scene::{Scene, SheetContact};
 use pliant_solver::Vec3;
 
@@ -71,6 +71,27 @@ impl Session {
             let constrains = slot.soft[index].is_none();
             slot.fingertip(self.clock.dt).map(|tip| Tip { constrains, ..tip })
         }));
+        for tool in 0..self.tools.len() {
+            let (Some(place), Some(tip)) = (self.place_of_tip(tool), &self.tools[tool].tip) else { continue };
+            let of_others = |(other, tips): (usize, &SheetTips)| {
+                tips.tips.get(place).filter(|_| other != index).map_or(Vec3::zeros(), |tip| tip.force)
+            };
+            let others = self.sheet_tips.iter().enumerate().map(of_others).sum();
+            self.sheet_tips[index].tips[place].response = tip.response(others, self.clock.dt);
+        }
+    }
+
+    /// Moves tips with a mass as the step of a sheet has found that they move.
+    pub(super) fn return_tips(&mut self, index: usize) {
+        for tool in 0..self.tools.len() {
+            let found = self.place_of_tip(tool).and_then(|place| self.sheet_tips[index].tips.get(place));
+            let Some((end, Some(force))) = found.map(|tip| (tip.position, tip.answered)) else { continue };
+            let slot = &mut self.tools[tool];
+            if let (Some(tip), None) = (&mut slot.tip, slot.tool.proxy.touch) {
+                tip.answer((end - slot.tool.proxy.position) / self.clock.dt, force, self.clock.dt);
+                slot.tool.proxy.position = end;
+            }
+        }
     }
 
     /// Energy dissipated by friction of sheets on tips, and of bodies on obstacles, in the last step, J.
@@ -141,6 +162,8 @@ impl ToolSlot {
                 friction,
                 restitution,
                 constrains: true,
+                response: None,
+                answered: None,
                 force: Vec3::zeros(),
                 constrained: 0,
             }

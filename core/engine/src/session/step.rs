@@ -266,6 +266,7 @@ impl Session {
         frame.residual = frame.residual.max(report.residual);
         frame.work[0] += report.assembly_seconds;
         frame.work[1] += report.solve_seconds;
+        self.return_tips(index);
         Ok(report.max_speed)
     }
 

@@ -5,6 +5,7 @@
 //! tip. Two tips may overlap by the compression of a finger's pulp only, so a pinch gives a coupling force on both hands.
 
 use super::tool::Coupling;
+use crate::contact::TipResponse;
 use pliant_solver::Vec3;
 
 /// A fingertip with a mass.
@@ -18,6 +19,10 @@ pub struct TipMass {
     pub velocity: Vec3,
     /// Whether a hand drives it now.
     led: bool,
+    /// Velocity without a force of sheets in this step, m/s, and the inertia against one, kg.
+    response: Option<(Vec3, f64)>,
+    /// Force of sheets that the velocity of the last step follows from already, N.
+    answered: Option<Vec3>,
     /// External force in the last step, N.
     force: Vec3,
     /// Displacement in the last step, m.
@@ -38,7 +43,17 @@ impl TipMass {
     /// A tip of this mass (kg), which starts at rest at the position of the hand.
     pub fn new(mass: f64) -> Self {
         let zero = Vec3::zeros();
-        Self { mass, position: zero, velocity: zero, led: false, force: zero, moved: zero, resisted: [0.0; 2] }
+        Self {
+            mass,
+            position: zero,
+            velocity: zero,
+            led: false,
+            response: None,
+            answered: None,
+            force: zero,
+            moved: zero,
+            resisted: [0.0; 2],
+        }
     }
 
     /// Moves the tip over `dt` (s) towards a hand at `hand` (m) with the velocity `speed` (m/s), under the external `force` (N): backward Euler
@@ -50,6 +65,7 @@ impl TipMass {
         if !self.led {
             (self.position, self.velocity, self.led) = (hand, speed, true);
             (self.force, self.moved, self.resisted) = (force, Vec3::zeros(), [0.0; 2]);
+            (self.response, self.answered) = (None, None);
             return;
         }
         let (m, k) = (self.mass, coupling.stiffness);
@@ -59,8 +75,21 @@ impl TipMass {
         let last = [-(force - self.force).dot(&self.moved), self.moved.norm_squared()];
         self.resisted = std::array::from_fn(|i| MEMORY * self.resisted[i] + last[i]);
         let ratio = |[work, squares]: [f64; 2]| if squares > 0.0 { work / squares } else { 0.0 };
+        // What the sheet's step has answered is no force of this step, and tells nothing of the stiffness.
+        let answered = self.answered.take();
+        if answered.is_some() {
+            self.resisted = [0.0; 2];
+        }
+        let last = if answered.is_some() { [0.0; 2] } else { last };
         let excess = (CONTRACTION * dt * dt * ratio(last).max(ratio(self.resisted)) - inertia).max(0.0);
         (self.force, self.moved) = (force, self.position);
+        let mut free = Vec3::zeros();
+        for i in 0..3 {
+            let pull = k * (hand[i] - self.position[i]) + c * speed[i];
+            free[i] = (m * self.velocity[i] + dt * pull) / inertia;
+        }
+        self.response = Some((free, inertia));
+        let force = force - answered.unwrap_or_else(Vec3::zeros);
         for i in 0..3 {
             // Towards the position of the hand at the end of the step.
             let pull = k * (hand[i] - self.position[i]) + c * speed[i] + force[i];
@@ -68,6 +97,19 @@ impl TipMass {
             self.position[i] += dt * self.velocity[i];
         }
         self.moved = self.position - self.moved;
+    }
+
+    /// How it answers a force of a sheet in this step of `dt` (s), beside the force `others` (N) of other sheets.
+    pub fn response(&self, others: Vec3, dt: f64) -> Option<TipResponse> {
+        self.response.map(|(free, inertia)| TipResponse { free: free + dt / inertia * others, inertia, dt })
+    }
+
+    /// Changes the velocity of this step of `dt` (s) by `change` (m/s), to that which follows from the `force` (N) of a sheet.
+    pub fn answer(&mut self, change: Vec3, force: Vec3, dt: f64) {
+        self.velocity += change;
+        self.position += dt * change;
+        self.moved += dt * change;
+        self.answered = Some(force);
     }
 
     /// Marks the hand as absent; the tip starts again at rest where a hand returns.

@@ -3,7 +3,8 @@
 use crate::algebra::Vec3;
 use crate::system::System;
 
-/// Largest number of full solves, each followed by an update of the active set, in one Newton iteration or explicit step.
+/// Largest number of full solves, each followed by an update of the active set, in an explicit step, and in one Newton iteration unless
+/// contacts ask for more ([`ContactConstraints::max_passes`]).
 pub const MAX_ACTIVE_SET_PASSES: usize = 4;
 
 /// Contacts that constrain nodes for the duration of a step, such as a sphere touching a sheet.
@@ -23,6 +24,16 @@ pub trait ContactConstraints {
     fn can_stop_early(&self, _: &System, _: &TrialStep<'_>) -> bool {
         false
     }
+    /// Largest number of full solves in one Newton iteration.
+    fn max_passes(&self) -> usize {
+        MAX_ACTIVE_SET_PASSES
+    }
+    /// Whether the step follows from the state before it alone, as a step of backward Euler does: contacts begin and end with a step.
+    fn interrupts_history(&self) -> bool {
+        self.is_active()
+    }
+    /// Begins a Newton iteration of an implicit step.
+    fn begin_iteration(&mut self) {}
     /// Whether any node may come into contact in this step. Without candidates the step skips the contact code.
     fn has_candidates(&self) -> bool;
     /// Whether any node is constrained, or pressed by the springs of a contact.

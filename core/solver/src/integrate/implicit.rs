@@ -1,6 +1,6 @@
 //! Implicit steps with inertia: Newton's method with an active set of contact constraints.
 
-use super::contact_constraints::{ErrorBound, MAX_ACTIVE_SET_PASSES, TrialStep};
+use super::contact_constraints::{ErrorBound, TrialStep};
 use super::energy_guard::work;
 use super::right_side::{RightSide, Start};
 use super::scheme::{History, ImplicitCoefficients, Linearisation, backward_euler};
@@ -69,7 +69,7 @@ impl Integrator {
             v.copy_from_slice(&nodes.v[first..first + v.len()]);
         });
         step.contacts.begin(system, dt);
-        let history = if step.contacts.is_active() { History::Interrupted } else { self.history };
+        let history = if step.contacts.interrupts_history() { History::Interrupted } else { self.history };
         let mut of_scheme = coefficients(dt, history);
         // Contacts begin and end with a step; the midpoint rules would extrapolate what they do to a node beyond it.
         if of_scheme.stage < 1.0 && (step.contacts.is_active() || step.contacts.has_candidates()) {
@@ -176,6 +176,7 @@ impl Integrator {
         report: &mut StepReport,
     ) -> Result<f64, StepError> {
         self.interrupts.check()?;
+        step.contacts.begin_iteration();
         let (pool, loads, now, effective_dt) = (step.pool, step.loads, step.time, iteration.coefficients.effective_dt);
         let at_current = iteration.at_current_state();
         if !at_current {
@@ -212,7 +213,7 @@ impl Integrator {
         self.pcg.guess(pool, &matrix, momentum);
         let mut residual_norm = 0.0_f64;
         let (mut pass, mut stops, mut same_matrix) = (0, 0, false);
-        while pass < MAX_ACTIVE_SET_PASSES {
+        while pass < step.contacts.max_passes() {
             let squares = self.right_side(&system.nodes, step, iteration);
             if !same_matrix {
                 residual_norm = squares.sqrt();

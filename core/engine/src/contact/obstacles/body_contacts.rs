@@ -34,6 +34,18 @@ impl ContactConstraints for BodyContacts<'_> {
         !self.tips.is_active() && self.obstacles.can_stop_early(system, trial)
     }
 
+    fn interrupts_history(&self) -> bool {
+        self.tips.interrupts_history() || self.obstacles.interrupts_history()
+    }
+
+    fn begin_iteration(&mut self) {
+        self.tips.begin_iteration();
+    }
+
+    fn max_passes(&self) -> usize {
+        self.tips.max_passes()
+    }
+
     fn has_candidates(&self) -> bool {
         self.tips.has_candidates() || self.obstacles.has_candidates()
     }
