@@ -124,6 +124,24 @@ pub(super) struct PaintBall<'a> {
     pub nodes: &'a [u32],
 }
 
+impl PaintBall<'_> {
+    /// The elements that have a corner in the ball, with the `weight` of the distance (m) of their centre from the ball's. `elements` has the id and
+    /// the corners of each, `rest` the rest positions of all nodes, m.
+    pub fn weights<const CORNERS: usize>(
+        self,
+        elements: impl Iterator<Item = (u64, [u32; CORNERS])>,
+        rest: &[Vec3],
+        weight: impl Fn(f64) -> f64,
+    ) -> Vec<(u64, f64)> {
+        let near = elements.filter(|(_, corners)| corners.iter().any(|n| self.nodes.binary_search(n).is_ok()));
+        near.map(|(id, corners)| {
+            let centre = corners.iter().map(|n| rest[*n as usize]).sum::<Vec3>() / CORNERS as f64;
+            (id, weight((centre - self.centre).norm()))
+        })
+        .collect()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -153,12 +153,8 @@ impl Lattice {
         planes: usize,
         system: &mut System,
     ) -> Result<bool, LatticeError> {
-        let rest = &system.nodes.rest;
-        let near = self.region.cell_corners.iter().zip(&self.region.cell_id);
-        let near = near.filter(|(corners, _)| corners.iter().any(|n| ball.nodes.binary_search(n).is_ok()));
-        let centre = |corners: &[u32; 8]| corners.iter().map(|n| rest[*n as usize]).sum::<Vec3>() / 8.0;
-        let mut cells: Vec<(u64, f64)> =
-            near.map(|(corners, id)| (*id, weight((centre(corners) - ball.centre).norm()))).collect();
+        let cells = self.region.cell_id.iter().copied().zip(self.region.cell_corners.iter().copied());
+        let mut cells = ball.weights(cells, &system.nodes.rest, weight);
         // Fragments of a cell have the factor of the cell.
         cells.dedup_by_key(|(id, _)| *id);
         if !Arc::make_mut(&mut self.paint.factors).approach(cells.into_iter(), planes, change) {

@@ -74,12 +74,8 @@ impl Sheet {
         model: &Model,
         system: &mut System,
     ) -> Result<bool, LatticeError> {
-        let rest = &system.nodes.rest;
-        let near = self.triangle_of.iter().map(|t| (*t, self.nodes_of(model, *t)));
-        let near = near.filter(|(_, corners)| corners.iter().any(|n| ball.nodes.binary_search(n).is_ok()));
-        let centre = |corners: [u32; 3]| corners.map(|n| rest[n as usize]).iter().sum::<Vec3>() / 3.0;
-        let triangles: Vec<(u64, f64)> =
-            near.map(|(t, corners)| (u64::from(t), weight((centre(corners) - ball.centre).norm()))).collect();
+        let triangles = self.triangle_of.iter().map(|t| (u64::from(*t), self.nodes_of(model, *t)));
+        let triangles = ball.weights(triangles, &system.nodes.rest, weight);
         if !Arc::make_mut(&mut self.paint.factors).approach(triangles.into_iter(), planes, change) {
             return Ok(false);
         }
