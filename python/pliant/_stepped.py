@@ -54,7 +54,9 @@ class Stepped(ABC, Generic[_N, _T]):
         return self._native.bodies
 
     def step(self, count: int = 1) -> None:
-        """Take steps, a batch with every instance. Ctrl-C stops between two of them.
+        """Take steps, a batch with every instance.
+
+        Ctrl-C ends the step of a session that is under way (on Linux), and a batch between two steps.
 
         Parameters
         ----------

@@ -7,6 +7,7 @@ mod arrays;
 mod batch;
 mod conformance;
 mod convert;
+mod ctrl_c;
 mod failure;
 mod law;
 mod law_element;

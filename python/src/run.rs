@@ -1,11 +1,13 @@
 //! A scene from its start to its end, as `pliant run` does it.
 
+use super::ctrl_c::CtrlC;
 use super::failure::{Failure, Kind, contained};
 use super::law::check_signals;
 use super::open::{OpenOptions, Opened, SceneText, open};
 use super::open_session::Open;
 use super::session::Session;
 use super::trace::Trace;
+use pliant_engine::session::CancelToken;
 use pliant_record::{Recorder, RunStatistics, Summary};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -69,6 +71,8 @@ pub fn run<'py>(
         })
     })?;
     let (opening, steps) = (began.elapsed(), opened.scene.time.steps());
+    let ctrl_c = CtrlC::watch();
+    opened.session.cancel_when(ctrl_c.token());
     let mut stopped = None;
     while opened.session.steps() < steps && stopped.is_none() {
         py.detach(|| {
@@ -76,6 +80,9 @@ pub fn run<'py>(
                 let began = Instant::now();
                 while opened.session.steps() < steps && began.elapsed() < SIGNAL_PERIOD {
                     opened.session.step();
+                    if opened.session.is_cancelled() {
+                        break;
+                    }
                     trace.step(opened.session.frame());
                     let last = opened.session.steps() == steps;
                     results.step(&mut opened, last)?;
@@ -84,7 +91,9 @@ pub fn run<'py>(
             })
         })?;
         stopped = check_signals(py).err();
+        ctrl_c.clear();
     }
+    opened.session.cancel_when(CancelToken::default());
     let is_stopped = stopped.is_some();
     let summary = py.detach(|| contained(|| results.finish(&mut opened, is_stopped)))?;
     if let Some(stopped) = stopped {

@@ -1,6 +1,7 @@
 //! A session that Python steps.
 
 use super::arrays::{copy_rows, copy_vectors};
+use super::ctrl_c::CtrlC;
 use super::failure::{Failure, Kind, contained};
 use super::law::check_signals;
 use super::lease::lend;
@@ -11,7 +12,7 @@ use super::open::{OpenOptions, Opened, SceneText, open};
 use super::open_session::Open;
 use super::states::{frame_dict, hand_pose, tool_dict};
 use numpy::{PyArray1, PyArray2};
-use pliant_engine::session::{Session as EngineSession, Snapshot as EngineSnapshot};
+use pliant_engine::session::{CancelToken, Session as EngineSession, Snapshot as EngineSnapshot};
 use pliant_record::{PlanReport, write_model};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -135,20 +136,27 @@ impl Session {
         Ok(Self::of(Open::new(opened, began.elapsed())))
     }
 
-    /// Takes `count` steps. Ctrl-C is noticed between steps.
+    /// Takes `count` steps. Ctrl-C ends the step under way, which is then not taken.
     fn step(&self, py: Python<'_>, count: u64) -> PyResult<()> {
+        let ctrl_c = CtrlC::watch();
         let mut left = count;
         while left > 0 {
             let taken = self.change(py, |session| {
+                session.cancel_when(ctrl_c.token());
                 let (began, mut taken) = (Instant::now(), 0);
                 while taken < left && (taken == 0 || began.elapsed() < SIGNAL_PERIOD) {
                     session.step();
+                    if session.is_cancelled() {
+                        break;
+                    }
                     taken += 1;
                 }
+                session.cancel_when(CancelToken::default());
                 Ok(taken)
             })?;
             left -= taken;
             check_signals(py)?;
+            ctrl_c.clear();
         }
         Ok(())
     }

@@ -5,6 +5,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import threading
 import time
 
@@ -322,6 +323,71 @@ def test_ctrl_c_stops_between_steps():
             session.step(many)
         assert before < session.steps < before + many
         session.step()
+
+
+# A body that falls on its fixed bottom, with years of substeps in one step.
+ENDLESS = {
+    "gravity": [0.0, 0.0, -9.81],
+    "body.0.grid.region": "whole",
+    "time.integrator": "symplectic-euler",
+    "time.substeps": 4_000_000_000,
+    "time.most-substeps": 4_294_967_295,
+}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="noticed between steps elsewhere")
+@pytest.mark.filterwarnings("ignore:hands without a path")
+def test_ctrl_c_ends_the_step_under_way():
+    with pliant.Session(pressed(), set=ENDLESS) as session:
+        timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            session.step()
+        assert session.steps == 0
+    with pytest.raises(KeyboardInterrupt):
+        threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+        pliant.run(pressed(), set=ENDLESS)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_signal_that_raises_nothing_costs_no_step():
+    def final(signals: int) -> np.ndarray:
+        with pliant.Session(pressed()) as session:
+            taken = []
+
+            def more(*_) -> None:
+                taken.append(session.steps)
+                if len(taken) < signals:
+                    threading.Timer(0.005, os.kill, (os.getpid(), signal.SIGINT)).start()
+
+            before = signal.signal(signal.SIGINT, more)
+            try:
+                press(session, 0.005, 50)
+                if signals:
+                    os.kill(os.getpid(), signal.SIGINT)
+                session.step(500)
+                assert session.steps == 750 and len(taken) >= min(signals, 3)
+                surface = session.positions("cube").copy()
+                while len(taken) < signals:
+                    time.sleep(0.001)
+            finally:
+                signal.signal(signal.SIGINT, before)
+            return surface
+
+    # The tool moves on in a step that is begun again, so forces are not the same to the bit.
+    assert np.allclose(final(0), final(20), rtol=0, atol=1e-6)
+
+
+def test_ctrl_c_leaves_a_session_of_another_thread_alone():
+    with pliant.Session(pressed()) as session:
+        threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
+        other = threading.Thread(target=session.step, args=(400,))
+        with pytest.raises(KeyboardInterrupt):
+            other.start()
+            while True:
+                time.sleep(0.01)
+        other.join()
+        assert session.steps == 400
 
 
 def test_a_thousand_sessions_leave_nothing():

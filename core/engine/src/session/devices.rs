@@ -45,8 +45,8 @@ impl Session {
 
     /// Takes one step. A failing plugin is isolated: its body is frozen or its device lost, with an event, and the rest continues.
     ///
-    /// A step that is cancelled ([`Session::cancel_when`]) is not taken: the devices are stopped, and the session stays as it was before, but
-    /// for what tools have begun in it.
+    /// A step that is cancelled ([`Session::cancel_when`]) is not taken: the devices are stopped, and the body under way stays as it was before. What tools
+    /// have begun in it stays, and so do the moves of bodies that come before it in the scene.
     pub fn step(&mut self) {
         self.read_devices();
         self.advance();

@@ -29,6 +29,7 @@ impl Session {
     pub(super) fn advance(&mut self) {
         let start = Instant::now();
         let time = StepTime { start: self.time(), dt: self.clock.dt };
+        self.watch.is_cancelled = false;
         self.apply_recorded();
         self.sample_hands(time);
         self.change_modes(time.start);
