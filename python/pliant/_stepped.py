@@ -56,7 +56,7 @@ class Stepped(ABC, Generic[_N, _T]):
     def step(self, count: int = 1) -> None:
         """Take steps, a batch with every instance.
 
-        Ctrl-C ends the step of a session that is under way (on Linux), and a batch between two steps.
+        Ctrl-C ends the step under way of a session (on Linux). A batch, and a session elsewhere, stops between two steps.
 
         Parameters
         ----------

@@ -90,8 +90,8 @@ pub fn run<'py>(
                 Ok(())
             })
         })?;
-        stopped = check_signals(py).err();
         ctrl_c.clear();
+        stopped = check_signals(py).err();
     }
     opened.session.cancel_when(CancelToken::default());
     let is_stopped = stopped.is_some();

@@ -155,8 +155,8 @@ impl Session {
                 Ok(taken)
             })?;
             left -= taken;
-            check_signals(py)?;
             ctrl_c.clear();
+            check_signals(py)?;
         }
         Ok(())
     }

@@ -366,28 +366,37 @@ def test_a_signal_that_raises_nothing_costs_no_step():
                 if signals:
                     os.kill(os.getpid(), signal.SIGINT)
                 session.step(500)
-                assert session.steps == 750 and len(taken) >= min(signals, 3)
+                assert session.steps == 750
                 surface = session.positions("cube").copy()
+                # The rest of the signals, however fast the steps were.
                 while len(taken) < signals:
-                    time.sleep(0.001)
+                    session.step()
             finally:
                 signal.signal(signal.SIGINT, before)
             return surface
 
-    # The tool moves on in a step that is begun again, so forces are not the same to the bit.
+    # The tool moves on in a step that is begun again: not the same bits, but the same place within a hundred-thousandth of the cube.
     assert np.allclose(final(0), final(20), rtol=0, atol=1e-6)
 
 
 def test_ctrl_c_leaves_a_session_of_another_thread_alone():
     with pliant.Session(pressed()) as session:
+        stop = threading.Event()
+
+        def go_on() -> None:
+            while not stop.is_set():
+                session.step()
+
+        other = threading.Thread(target=go_on)
         threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
-        other = threading.Thread(target=session.step, args=(400,))
         with pytest.raises(KeyboardInterrupt):
             other.start()
             while True:
                 time.sleep(0.01)
+        assert other.is_alive()
+        stop.set()
         other.join()
-        assert session.steps == 400
+        assert session.steps > 0
 
 
 def test_a_thousand_sessions_leave_nothing():

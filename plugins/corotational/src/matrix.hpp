@@ -130,12 +130,12 @@ struct SingularValues {
   }
 };
 
-// The rotation R of F = R S, by Newton's iteration R <- (R + R^-T) / 2 from F (Higham 1986). It converges quadratically, in five steps at strains of a
-// third and at a quarter of the cost of singular values, which are taken where F is nearly flat or inverted.
+// The rotation R of F = R S by Newton's iteration R <- (R + R^-T) / 2 (Higham 1986), in five steps at strains of a third and at a quarter of the cost of
+// singular values. Those are taken where F is nearly flat or inverted, or so large or small that eight steps are not enough.
 inline Mat3 rotation(const Mat3 &f) {
   const int max_steps = 8;
   const double converged = 1e-16;  // square of the last change: half of it is left, which is below rounding
-  const double flat = 1e-4;        // square of det F over the cube of |F|^2, which is 1/27 for a rotation; eight steps are enough above
+  const double flat = 1e-4;        // square of det F over the cube of |F|^2, which is 1/27 for a rotation
   Mat3 r = f;
   for (int step = 0; step < max_steps; step++) {
     const Mat3 cofactors = {{cross(r[1], r[2]), cross(r[2], r[0]), cross(r[0], r[1])}};

@@ -5,7 +5,7 @@
 //! run is computed whole, with zero force in the lanes past the run, if those lanes stay within the nodes of the call. All other springs
 //! are computed one by one. Every path does the same operations in the same order on each spring and uses no fused multiply-add,
 //! so the bytes do not depend on the vector unit found at run time.
-//!
+
 use crate::gather::Energy;
 use crate::stiffness::Stiffness;
 use crate::volume::{self, Tetrahedra};

@@ -25,8 +25,8 @@ const LONG_STEP: f64 = 0.05;
 const FEW_OF_SPRINGS: usize = 16;
 const FEW_OF_SOLIDS: usize = 12;
 const FEW_SUBSTEPS: usize = 4;
-/// Factor by which substeps that would gain energy may be divided, beyond `most-substeps`: a solid that is stretched fourfold has sixteen times the
-/// damping.
+/// Largest factor by which the substeps of a step that would gain energy are divided, even beyond `most-substeps`: a solid that is stretched fourfold
+/// has sixteen times the damping.
 const MOST_DIVIDED: usize = 16;
 /// Displacement of a node in an explicit step, in edges of the body, from which on the step may not gain energy. A mode that grows gets there in a few
 /// steps.
@@ -140,12 +140,13 @@ impl Session {
             } else {
                 STRAIN_OF_GUARDED_STEP * edge / self.clock.dt
             };
+            // `force-unstable` is there to show instability.
             if self.limits.is_forced {
                 integrator.guarded_speed = f64::INFINITY;
             }
             integrator.max_substeps = self.limits.max_substeps.max(MOST_DIVIDED * substeps);
             integrator.newton_tolerance = *scene.solver.newton_tolerance.get_ref();
-            integrator.max_displacement = 0.5 * body.discretization.edge();
+            integrator.max_displacement = 0.5 * edge;
             integrator.resize(body.system.nodes.len());
         }
         self.limits.scheme = scheme;

@@ -1,6 +1,7 @@
 //! Registers of sixteen numbers in single precision on any vector unit.
 //!
-//! Operations are on each number by itself, and each is rounded once: a product that is added to something is not rounded before.
+//! Operations are on each number by itself, and each is rounded once: a product that is added to something is not rounded before. Blocks (`blocks`) round a
+//! product before it is added.
 //! Where no unit does that it is done in double precision, so every unit gives the same bytes.
 
 pub mod aligned;

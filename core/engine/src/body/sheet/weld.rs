@@ -13,7 +13,7 @@ use pliant_solver::{Constraint, ElementSet, Nodes, System, Vec3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-/// Cosine of the angle between the directions out of the sheet at two border edges up to which these face each other.
+/// Border edges face each other if the cosine of the angle between their conormals is at most this.
 const FACING: f64 = -0.25;
 /// Largest distance of two vertices at the same place at rest, in edges.
 const SAME_PLACE: f64 = 1e-9;
@@ -32,7 +32,7 @@ struct Before {
 
 /// The border of a sheet in its present shape.
 struct Border {
-    /// For each of its nodes, the unit vectors in the plane of the sheet and out of it at the border edges there.
+    /// For each border node, the conormals of its border edges: unit vectors in the plane of the triangle, normal to the edge, that point out of the sheet.
     outward: BTreeMap<u32, Vec<Vec3>>,
 }
 
@@ -49,9 +49,9 @@ impl Border {
                 }
                 let [along, away] = [b, c].map(|n| x[n as usize] - x[a as usize]);
                 let out = away.dot(&along) / along.norm_squared() * along - away;
-                if let Some(out) = out.try_normalize(0.0) {
-                    [a, b].iter().for_each(|n| border.outward.entry(*n).or_default().push(out));
-                }
+                // A degenerate triangle has no conormal; its nodes are on the border all the same.
+                let out = out.try_normalize(0.0);
+                [a, b].iter().for_each(|n| border.outward.entry(*n).or_default().extend(out));
             }
         }
         border
@@ -77,9 +77,9 @@ impl Sheet {
         self.welds.get(&vertex).copied().unwrap_or(vertex)
     }
 
-    /// Pairs of nodes on the border, each the nearest of the other, within `radius` (m) of a point of the present shape (m) and of each other, the lower
-    /// number first, or its copy across a cut. They face each other: the sheet lies on opposite sides of them, and the two sides overlap by `join` (m) at
-    /// most; or they are nearer than `join`, as edges laid on each other. Nodes along one border, around a corner of it, or across the sheet are no pair.
+    /// Pairs of border nodes, the lower number first, within `radius` (m) of `centre` (m, present shape) and of each other. Each is the nearest candidate
+    /// of the other; a copy across a cut comes before nearer nodes. Candidates are copies, nodes nearer than `join` (m), and nodes with the sheet on
+    /// opposite sides whose sides overlap by `join` at most.
     pub(in crate::body) fn facing_nodes(
         &self,
         model: &Model,

@@ -60,6 +60,8 @@ pub struct ObstacleContacts {
     tolerance: f64,
     /// Distance within which a node that was in contact stays in it, m.
     follow: f64,
+    /// Depth up to which the nodes of little weight may bring a point in within a step, m.
+    turn: f64,
 }
 
 /// A contact of the last substep.
@@ -79,6 +81,8 @@ const MAX_CORRECTION_SPEED: f64 = 0.5;
 const TOLERANCE: f64 = 1e-7;
 /// Distance within which a contact stays, in edges of the body.
 const FOLLOW: f64 = 1e-4;
+/// Depth up to which the nodes of little weight may bring a point in within a step, in edges: a step at the speeds of a fall is tens of times as long.
+const TURN: f64 = 1e-3;
 /// Cosine of the angle between two normals above which they count as one.
 const ONE_NORMAL: f64 = 0.95;
 /// Largest depth, in edges of a cell, from which a drawn vertex is moved out.
@@ -118,7 +122,7 @@ impl ObstacleContacts {
         self.friction_work.resize(self.obstacles.len(), 0.0);
         let edge = body.discretization.edge();
         self.elapsed = 0.0;
-        (self.span, self.tolerance, self.follow) = (span, TOLERANCE * edge, FOLLOW * edge);
+        (self.span, self.tolerance, self.follow, self.turn) = (span, TOLERANCE * edge, FOLLOW * edge, TURN * edge);
         self.candidates.find(body, &self.obstacles, moved, reach, &mut self.points)
     }
 
@@ -303,10 +307,14 @@ impl ObstacleContacts {
                 continue;
             }
             // Its nodes are held, and those that carry less of it bring it in, as where a body turns. Moving it out after the step would do work, so
-            // the one that brings it furthest is held too.
+            // the one that brings it furthest is held too; not for the little way of a body at rest, where nodes would be held and let go by turns.
+            if plane.gap + plane.normal.dot(&way) >= plane.gap.min(0.0) - self.turn {
+                continue;
+            }
             let target = self.target(point.obstacle as usize, &plane);
             let inwards = |node: u32| target - velocity(system, node as usize).dot(&plane.normal);
-            let furthest = point.carriers().max_by(|a, b| (a.1 * inwards(a.0)).total_cmp(&(b.1 * inwards(b.0))));
+            let free = point.carriers().filter(|(node, _)| !self.is_fixed(*node));
+            let furthest = free.max_by(|a, b| (a.1 * inwards(a.0)).total_cmp(&(b.1 * inwards(b.0))));
             let node = furthest.map(|(node, _)| node).into_iter();
             changed |= self.hold_nodes(node, point.obstacle as usize, &plane, system);
         }
