@@ -20,6 +20,7 @@ use pliant_host::{Library, SearchPath};
 use pliant_mesh::geometry::Vec3;
 use pliant_solver::StepTime;
 use serde_json::Value;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output};
 use std::time::Duration;
@@ -74,6 +75,16 @@ pub fn shared_mesh(name: &str) -> PathBuf {
     let path = root().join("../shared/meshes").join(name);
     assert!(path.is_file(), "{} is not there", path.display());
     path
+}
+
+/// Numbers of the random cases that an environment variable asks for, as `0..2000`, if it is set.
+///
+/// # Panics
+/// If it is no such range.
+pub fn asked_cases(variable: &str) -> Option<Range<u64>> {
+    let text = std::env::var(variable).ok()?;
+    let range = text.split_once("..").and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?));
+    Some(range.unwrap_or_else(|| panic!("{variable} is {text}; allowed is a range such as 0..2000")))
 }
 
 /// A folder of its own with scenes and results in it.

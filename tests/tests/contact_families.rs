@@ -5,7 +5,7 @@
 use pliant_engine::session::{EventKind, Session};
 use pliant_mesh::geometry::{Vec3, closest_point};
 use pliant_mesh::testing::{Random, TestModel, scan};
-use pliant_tests::{Bench, open_file};
+use pliant_tests::{Bench, asked_cases, open_file};
 
 const SOLIDS: [&str; 3] = ["mass-spring", "neo-hookean", "corotational"];
 const INTEGRATORS: [&str; 4] = ["auto", "backward-euler", "bdf2", "implicit-midpoint"];
@@ -187,7 +187,8 @@ fn run_all(numbers: impl Iterator<Item = u64>, levels: std::ops::RangeInclusive<
 /// 60 presses at levels 3 to 5; at levels 3 to 8 those of `PRESSES`, as `0..2000`, which takes hours.
 #[test]
 fn no_ball_gets_into_a_closed_body_nor_does_its_force_jump() {
-    let Ok(range) = std::env::var("PRESSES") else { return run_all(0..60, 3..=5) };
-    let (first, end) = range.split_once("..").expect("first..end");
-    run_all(first.parse().expect("a number")..end.parse().expect("a number"), 3..=8);
+    match asked_cases("PRESSES") {
+        Some(asked) => run_all(asked, 3..=8),
+        None => run_all(0..60, 3..=5),
+    }
 }

@@ -4,7 +4,7 @@ use pliant_engine::session::EventKind;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::Random;
 use pliant_solver::StepTime;
-use pliant_tests::open;
+use pliant_tests::{asked_cases, open};
 
 /// Energy that steps may gain, relative to that of the start: symplectic Euler swings about the true energy by terms of first order in the step, and
 /// substeps are nine tenths of its limit.
@@ -68,10 +68,7 @@ fn fling(number: u64) -> Result<u64, String> {
 /// 40 blocks; those of `FLINGS`, as `0..1000`, if it is set.
 #[test]
 fn explicit_steps_of_bodies_that_fly_apart_gain_no_energy() {
-    let range = std::env::var("FLINGS").unwrap_or_else(|_| "0..40".into());
-    let (first, end) = range.split_once("..").expect("first..end");
-    let numbers = first.parse::<u64>().expect("a number")..end.parse().expect("a number");
-    let flings: Vec<Result<u64, String>> = numbers.map(fling).collect();
+    let flings: Vec<Result<u64, String>> = asked_cases("FLINGS").unwrap_or(0..40).map(fling).collect();
     let failed: Vec<&String> = flings.iter().filter_map(|fling| fling.as_ref().err()).collect();
     assert!(failed.is_empty(), "{} of {}: {failed:#?}", failed.len(), flings.len());
     assert!(flings.iter().flatten().sum::<u64>() > 0, "no step had to be taken again");

@@ -3,7 +3,7 @@
 #![allow(clippy::print_stdout, reason = "what failed, and the count")]
 
 use pliant_mesh::testing::Random;
-use pliant_tests::open;
+use pliant_tests::{asked_cases, open};
 
 const INTEGRATORS: [&str; 4] = ["backward-euler", "bdf2", "implicit-midpoint", "damped-midpoint"];
 const METHODS: [&str; 3] = ["triangles", "vertices", "penalty"];
@@ -182,19 +182,12 @@ fn check(presses: impl Iterator<Item = (u64, Press)>) {
     assert_eq!(failed, 0);
 }
 
-/// The numbers of `PRESSES`, as `0..2000`, or these.
-fn numbers(default: &str) -> std::ops::Range<u64> {
-    let range = std::env::var("PRESSES").unwrap_or_else(|_| default.into());
-    let (first, end) = range.split_once("..").expect("first..end");
-    first.parse().expect("a number")..end.parse().expect("a number")
-}
-
 #[test]
 fn a_sheet_gets_no_more_energy_than_the_hand_can_give() {
-    check(numbers("0..120").map(|number| (number, Press::new(number))));
+    check(asked_cases("PRESSES").unwrap_or(0..120).map(|number| (number, Press::new(number))));
 }
 
 #[test]
 fn a_stiff_sheet_gets_no_more_energy_than_a_light_tip_and_its_hand_can_give() {
-    check(numbers("0..120").map(|number| (number, Press::with_mass(number))));
+    check(asked_cases("PRESSES").unwrap_or(0..120).map(|number| (number, Press::with_mass(number))));
 }

@@ -4,7 +4,7 @@ use pliant_engine::session::Session;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::{Random, scan};
 use pliant_solver::{Pool, StepTime};
-use pliant_tests::{Bench, open, open_file};
+use pliant_tests::{Bench, asked_cases, open, open_file};
 
 const G: f64 = 9.81;
 
@@ -228,11 +228,9 @@ const MENDED: [u64; 2] = [95, 155];
 /// 12 falls and those that have failed; those of `FALLS`, as `0..300`, if it is set.
 #[test]
 fn falling_bodies_do_not_enter_obstacles_and_gain_no_energy() {
-    let range = std::env::var("FALLS").ok();
-    let (first, end) = range.as_deref().unwrap_or("0..12").split_once("..").expect("first..end");
-    let numbers = first.parse().expect("a number")..end.parse().expect("a number");
-    let mended = MENDED.into_iter().filter(|_| range.is_none());
-    numbers.chain(mended).for_each(|number| Fall::new(number).check());
+    let asked = asked_cases("FALLS");
+    let mended = MENDED.into_iter().filter(|_| asked.is_none());
+    asked.clone().unwrap_or(0..12).chain(mended).for_each(|number| Fall::new(number).check());
 }
 
 /// A cloth of 200 mm above what `obstacle` says.
