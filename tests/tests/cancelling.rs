@@ -8,7 +8,8 @@ use pliant_engine::scene;
 use pliant_engine::session::{CancelToken, Options, Session};
 use pliant_host::SearchPath;
 use pliant_solver::{
-    ContactConstraints, Integrator, Interrupts, Loads, Pool, Scheme, StepError, StepTime, System, TrialStep, Vec3,
+    Constraint, ContactConstraints, Integrator, Interrupts, Loads, Pool, Scheme, StepError, StepTime, System,
+    TrialStep, Vec3,
 };
 use pliant_tests::{Bench, box_scene, deps};
 use std::process::{Command, Stdio};
@@ -98,10 +99,12 @@ enum Moment {
     AfterSolve,
 }
 
-/// Contacts that touch nothing and cancel the step they are asked in.
+/// Contacts that hold one node and cancel the step they are asked in.
 struct Cancelling {
     token: CancelToken,
     at: Moment,
+    /// A node that is free between steps.
+    node: usize,
 }
 
 impl Cancelling {
@@ -113,7 +116,8 @@ impl Cancelling {
 }
 
 impl ContactConstraints for Cancelling {
-    fn begin(&mut self, _: &mut System, _: f64) {
+    fn begin(&mut self, system: &mut System, _: f64) {
+        system.nodes.constraint[self.node] = Constraint::Fixed;
         self.cancel(Moment::Begin);
     }
 
@@ -139,7 +143,9 @@ impl ContactConstraints for Cancelling {
 
     fn keep_start(&mut self) {}
 
-    fn take_back(&mut self, _: &mut System) {}
+    fn take_back(&mut self, system: &mut System) {
+        system.nodes.release(self.node as u32);
+    }
 
     fn end(&mut self, _: &mut System, _: &mut [Vec3]) {
         panic!("a cancelled step has no end");
@@ -168,12 +174,13 @@ fn substeps_newton_and_solver_iterations_look_for_a_stop() {
         let mut integrator = Integrator::new(scheme, 1e-9, 1000);
         (integrator.max_newton, integrator.newton_tolerance) = (newton, 0.0);
         integrator.resize(n);
-        let before = (system.nodes.x.clone(), system.nodes.v.clone());
-        let mut contacts = Cancelling { token: integrator.interrupts.cancel.clone(), at };
+        let before = (system.nodes.x.clone(), system.nodes.v.clone(), system.nodes.constraint.clone());
+        let mut contacts = Cancelling { token: integrator.interrupts.cancel.clone(), at, node: free[0] };
         let loads = Loads::default();
         let ended = integrator.step_with_contacts(&pool, system, &loads, &mut contacts, time, substeps);
         assert!(matches!(ended, Err(StepError::Cancelled)), "{scheme:?}, {at:?}: {ended:?}");
-        assert!(before == (system.nodes.x.clone(), system.nodes.v.clone()), "{scheme:?}, {at:?}: taken back");
+        assert!(before.0 == system.nodes.x && before.1 == system.nodes.v, "{scheme:?}, {at:?}: taken back");
+        assert!(before.2 == system.nodes.constraint, "{scheme:?}, {at:?}: what contacts held is free again");
         integrator.interrupts = Interrupts { deadline: Some(Instant::now()), ..Interrupts::default() };
         let ended = integrator.step(&pool, system, &loads, time, substeps);
         assert!(matches!(ended, Err(StepError::TimedOut)), "{scheme:?}, {at:?}: {ended:?}");

@@ -356,6 +356,8 @@ impl ContactConstraints for SheetTips {
 
     fn keep_start(&mut self) {
         self.start.clone_from(&self.previous);
+        // They may name nodes that are others by now.
+        self.contacts.clear();
     }
 
     fn take_back(&mut self, system: &mut System) {

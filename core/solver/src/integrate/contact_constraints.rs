@@ -28,7 +28,7 @@ pub trait ContactConstraints {
     fn max_passes(&self) -> usize {
         MAX_ACTIVE_SET_PASSES
     }
-    /// Whether the step follows from the state before it alone, as a step of backward Euler does: contacts begin and end with a step.
+    /// Whether the step ignores the steps before it, as backward Euler does: contacts begin and end with a step.
     fn interrupts_history(&self) -> bool {
         self.is_active()
     }
@@ -38,9 +38,9 @@ pub trait ContactConstraints {
     fn has_candidates(&self) -> bool;
     /// Whether any node is constrained, or pressed by the springs of a contact.
     fn is_active(&self) -> bool;
-    /// Records its state before a step of several substeps, which [`take_back`](Self::take_back) returns to.
+    /// Records its state before a step that may be taken back, which [`take_back`](Self::take_back) returns to, and drops what is left of the step before.
     fn keep_start(&mut self);
-    /// Returns to the state that was recorded, because the step is taken again, and releases all nodes.
+    /// Returns to the state that was recorded, because the step is taken again or was stopped, and releases all nodes.
     fn take_back(&mut self, system: &mut System);
     /// Releases all nodes. `reaction` holds the constraint forces of the step, N (n x 3); adds the forces of [`add_forces`](Self::add_forces).
     fn end(&mut self, system: &mut System, reaction: &mut [Vec3]);

@@ -246,6 +246,7 @@ impl Integrator {
         substeps: usize,
     ) -> Result<StepReport, StepError> {
         let mut step = Substep { pool, loads, contacts, time };
+        step.contacts.keep_start();
         let is_guarded = matches!(self.scheme.properties().method, Method::Explicit(ExplicitOrder::VelocityFirst))
             && self.guarded_speed < f64::INFINITY;
         if is_guarded {
@@ -269,6 +270,7 @@ impl Integrator {
         let mut report = StepReport { substeps, ..StepReport::default() };
         for sub in 0..substeps {
             if let Err(interrupt) = self.interrupts.check() {
+                step.contacts.take_back(system);
                 return Err(self.take_back(interrupt, system, substeps));
             }
             let now = StepTime { start: time.start + sub as f64 * dt, dt };
@@ -279,7 +281,10 @@ impl Integrator {
                 Method::Explicit(order) => self.explicit(system, &mut step, order, &mut report),
             };
             stepped.map_err(|error| match error {
-                StepError::Cancelled | StepError::TimedOut => self.take_back(error, system, substeps),
+                StepError::Cancelled | StepError::TimedOut => {
+                    step.contacts.take_back(system);
+                    self.take_back(error, system, substeps)
+                }
                 StepError::Diverged { .. } | StepError::Force(_) => self.attribute(error, system),
             })?;
             system.advance(pool, StepTime { start: now.end(), dt })?;

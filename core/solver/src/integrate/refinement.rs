@@ -60,7 +60,6 @@ impl Integrator {
         planned: usize,
     ) -> Result<StepReport, StepError> {
         self.keep_start(system);
-        step.contacts.keep_start();
         let mut repeated_steps = 0;
         loop {
             system.keep_history();

@@ -464,6 +464,8 @@ impl ContactConstraints for ObstacleContacts {
 
     fn keep_start(&mut self) {
         self.start.clone_from(&self.previous);
+        // They may name nodes that are others by now.
+        self.contacts.clear();
     }
 
     fn take_back(&mut self, system: &mut System) {
