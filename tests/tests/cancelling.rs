@@ -105,11 +105,13 @@ struct Cancelling {
     at: Moment,
     /// A node that is free between steps.
     node: usize,
+    /// Number of substeps after which a step is cancelled instead, or 0.
+    whole: usize,
 }
 
 impl Cancelling {
     fn cancel(&self, now: Moment) {
-        if self.at == now {
+        if self.at == now && self.whole == 0 {
             self.token.cancel();
         }
     }
@@ -147,8 +149,13 @@ impl ContactConstraints for Cancelling {
         system.nodes.release(self.node as u32);
     }
 
-    fn end(&mut self, _: &mut System, _: &mut [Vec3]) {
-        panic!("a cancelled step has no end");
+    fn end(&mut self, system: &mut System, _: &mut [Vec3]) {
+        assert!(self.whole > 0, "a cancelled step has no end");
+        self.whole -= 1;
+        if self.whole == 0 {
+            self.token.cancel();
+        }
+        system.nodes.release(self.node as u32);
     }
 }
 
@@ -175,7 +182,7 @@ fn substeps_newton_and_solver_iterations_look_for_a_stop() {
         (integrator.max_newton, integrator.newton_tolerance) = (newton, 0.0);
         integrator.resize(n);
         let before = (system.nodes.x.clone(), system.nodes.v.clone(), system.nodes.constraint.clone());
-        let mut contacts = Cancelling { token: integrator.interrupts.cancel.clone(), at, node: free[0] };
+        let mut contacts = Cancelling { token: integrator.interrupts.cancel.clone(), at, node: free[0], whole: 0 };
         let loads = Loads::default();
         let ended = integrator.step_with_contacts(&pool, system, &loads, &mut contacts, time, substeps);
         assert!(matches!(ended, Err(StepError::Cancelled)), "{scheme:?}, {at:?}: {ended:?}");
@@ -187,6 +194,37 @@ fn substeps_newton_and_solver_iterations_look_for_a_stop() {
         integrator.interrupts = Interrupts::default();
         integrator.step(&pool, system, &loads, time, substeps).unwrap_or_else(|e| panic!("{scheme:?}: {e}"));
         assert!(before.0 != system.nodes.x, "{scheme:?}: the next step is taken");
+    }
+}
+
+#[test]
+fn a_stopped_step_leaves_the_history_of_elements_as_it_was() {
+    let clay = "{ plugin = \"neo-hookean\", params = { young = 5e4, poisson = 0.3, yield-strain = 0.002, flow-time = 0.002 } }";
+    for scheme in [Scheme::SymplecticEuler, Scheme::BackwardEuler] {
+        let bench = Bench::new();
+        let text = whole("integrator = \"backward-euler\"").replace("{ plugin = \"mass-spring\" }", clay);
+        let mut session = opened(&bench, &text);
+        session.step();
+        let system = &mut session.bodies[0].system;
+        let n = system.nodes.len();
+        let free: Vec<usize> = (0..n).filter(|i| system.nodes.constraint[*i].is_free()).collect();
+        free.iter().step_by(3).for_each(|i| system.nodes.x[*i].y += 3e-4);
+        let history =
+            |system: &System| -> Vec<f64> { system.sets.iter().flat_map(|set| set.history().to_vec()).collect() };
+        let (pool, time) = (Pool::new(1), StepTime { start: 0.0, dt: 1e-4 });
+        let mut integrator = Integrator::new(scheme, 1e-9, 1000);
+        integrator.guarded_speed = 1e9;
+        integrator.resize(n);
+        let token = integrator.interrupts.cancel.clone();
+        let mut contacts = Cancelling { token, at: Moment::Begin, node: free[0], whole: 3 };
+        let before = history(system);
+        let loads = Loads::default();
+        let ended = integrator.step_with_contacts(&pool, system, &loads, &mut contacts, time, 5);
+        assert!(matches!(ended, Err(StepError::Cancelled)) && contacts.whole == 0, "{scheme:?}: {ended:?}");
+        assert!(!before.is_empty() && before == history(system), "{scheme:?}: taken back");
+        integrator.interrupts = Interrupts::default();
+        integrator.step(&pool, system, &loads, time, 5).unwrap_or_else(|e| panic!("{scheme:?}: {e}"));
+        assert!(before != history(system), "{scheme:?}: clay flows in this step");
     }
 }
 

@@ -254,11 +254,12 @@ impl Integrator {
         }
         if substeps > 1 {
             self.keep_start(system);
+            system.keep_history();
         }
         self.substeps(system, &mut step, substeps)
     }
 
-    /// Takes a step in `substeps` equal parts. With several, `self.start` has the state before.
+    /// Takes a step in `substeps` equal parts. With several, `self.start` and [`System::keep_history`] have the state before.
     fn substeps(
         &mut self,
         system: &mut System,
@@ -299,12 +300,12 @@ impl Integrator {
         v.copy_from_slice(&system.nodes.v);
     }
 
-    /// Puts the body where it was before an interrupted step. History of elements stays as the last whole substep left it. A substep puts its own
-    /// positions and velocities back.
+    /// Puts the body where it was before an interrupted step, with the history of its elements. A substep puts its own positions and velocities back.
     fn take_back(&mut self, interrupt: StepError, system: &mut System, substeps: usize) -> StepError {
         if substeps > 1 {
             system.nodes.x.copy_from_slice(&self.start[0]);
             system.nodes.v.copy_from_slice(&self.start[1]);
+            system.swap_history();
         }
         self.reaction.fill(Vec3::zeros());
         self.history = History::Interrupted;

@@ -3,6 +3,7 @@
 //! Substeps are chosen by the frequencies of a body at rest. A body that is crushed or stretched may have higher ones: the damping of a stretched
 //! solid grows with the square of its stretch. Then the fastest modes grow from substep to substep, until a state is not finite. So a step that would
 //! gain energy, or ends not finite, is taken again with twice as many substeps, and the following ones have as many, until enough of them were calm.
+//! With [`Integrator::max_substeps`] a step that gains energy stands.
 
 use super::energy_guard::work;
 use super::{Integrator, StepError, StepReport, Substep};
@@ -14,7 +15,7 @@ use crate::system::System;
 const CALM_STEPS: u32 = 64;
 
 /// How much further steps are divided now.
-#[derive(Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Refinement {
     /// How often substeps are halved.
     halvings: u32,
@@ -25,14 +26,14 @@ pub(super) struct Refinement {
 }
 
 impl Refinement {
-    /// Number of substeps for `planned` ones.
-    fn substeps(&self, planned: usize) -> usize {
-        planned << self.halvings
+    /// Number of substeps for `planned` ones, `most` at most unless more are planned.
+    fn substeps(&self, planned: usize, most: usize) -> usize {
+        (planned << self.halvings).min(most.max(planned))
     }
 
     /// Halves the substeps, up to `most` of them. Returns whether it did.
     fn halve(&mut self, planned: usize, most: usize) -> bool {
-        let allowed = self.substeps(planned).saturating_mul(2) <= most;
+        let allowed = (planned << self.halvings).saturating_mul(2) <= most;
         if allowed {
             (self.halvings, self.calm) = (self.halvings + 1, 0);
         }
@@ -60,14 +61,17 @@ impl Integrator {
         planned: usize,
     ) -> Result<StepReport, StepError> {
         self.keep_start(system);
-        let mut repeated_steps = 0;
+        let (before, mut repeated_steps) = (self.refinement, 0);
         loop {
             system.keep_history();
             self.refinement.contact_work = 0.0;
-            let stepped = self.substeps(system, step, self.refinement.substeps(planned));
+            let stepped = self.substeps(system, step, self.refinement.substeps(planned, self.max_substeps));
             let stands = match &stepped {
                 Ok(report) => self.admits_substeps(system, step, report.max_speed)?,
-                Err(StepError::Cancelled | StepError::TimedOut) => return stepped,
+                Err(StepError::Cancelled | StepError::TimedOut) => {
+                    self.refinement = before;
+                    return stepped;
+                }
                 Err(StepError::Diverged { .. } | StepError::Force(_)) => false,
             };
             if stands {
@@ -117,12 +121,17 @@ mod tests {
     fn substeps_double_up_to_the_limit_and_come_back_when_steps_are_calm() {
         let mut refinement = Refinement::default();
         assert!(refinement.halve(3, 12) && refinement.halve(3, 12) && !refinement.halve(3, 12));
-        assert_eq!(refinement.substeps(3), 12);
+        assert_eq!(refinement.substeps(3, 12), 12);
+        assert_eq!(
+            [refinement.substeps(4, 12), refinement.substeps(20, 12)],
+            [12, 20],
+            "a stiff contact asks for more"
+        );
         (0..CALM_STEPS - 1).for_each(|_| refinement.settle());
-        assert_eq!(refinement.substeps(3), 12);
+        assert_eq!(refinement.substeps(3, 12), 12);
         refinement.settle();
-        assert_eq!(refinement.substeps(3), 6);
+        assert_eq!(refinement.substeps(3, 12), 6);
         (0..10 * CALM_STEPS).for_each(|_| refinement.settle());
-        assert_eq!(refinement.substeps(3), 3);
+        assert_eq!(refinement.substeps(3, 12), 3);
     }
 }
