@@ -342,8 +342,8 @@ impl ContactConstraints for SheetTips {
     }
 
     fn max_passes(&self) -> usize {
-        let answer = self.tips.iter().any(|tip| tip.response.is_some());
-        MAX_ACTIVE_SET_PASSES + if answer { MOST_TRIED } else { 0 }
+        let answering = self.tips.iter().filter(|tip| tip.response.is_some()).count();
+        MAX_ACTIVE_SET_PASSES + MOST_TRIED * answering
     }
 
     fn has_candidates(&self) -> bool {

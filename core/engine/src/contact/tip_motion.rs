@@ -30,6 +30,8 @@ impl TipResponse {
 pub(super) struct TipMotion {
     /// Number of velocities that were tried.
     pub tried: usize,
+    /// Largest speed against the sheet that is tried, m/s, from the first search of the step on.
+    most: Option<f64>,
     search: Option<Search>,
 }
 
@@ -95,7 +97,8 @@ impl TipMotion {
         }
         search.last = [velocity, error];
         let step = search.slope.try_inverse().map_or(error, |inverse| inverse * error);
-        let most = FASTEST * (response.free - sheet).norm().max((velocity - sheet).norm());
+        let fastest = || FASTEST * (response.free - sheet).norm().max((velocity - sheet).norm());
+        let most = *self.most.get_or_insert_with(fastest);
         let against = velocity - step - sheet;
         self.tried += 1;
         Some(sheet + against * (most / against.norm()).min(1.0))
@@ -132,6 +135,20 @@ mod tests {
                 assert!(motion.tried <= 5, "{stiffness}: {} tries", motion.tried);
             }
         }
+    }
+
+    #[test]
+    fn no_velocity_is_tried_that_is_much_faster_than_the_tip_came() {
+        let free = Vec3::new(0.0, 0.0, -2.0);
+        let response = TipResponse { free, inertia: 0.01, dt: 1e-3 };
+        let (mut motion, mut velocity) = (TipMotion::default(), free);
+        // An error that hardly changes asks for ever more.
+        while let Some(next) = motion.next(velocity, velocity - free - 1e-3 * velocity, Vec3::zeros(), 8e-3, &response)
+        {
+            velocity = next;
+            assert!(velocity.norm() <= FASTEST * free.norm() * (1.0 + 1e-12), "{} m/s", velocity.norm());
+        }
+        assert_eq!(motion.tried, MOST_TRIED);
     }
 
     #[test]
