@@ -61,7 +61,7 @@ impl Integrator {
         planned: usize,
     ) -> Result<StepReport, StepError> {
         self.keep_start(system);
-        let (before, mut repeated_steps) = (self.refinement, 0);
+        let (before, mut repeated_steps, mut first_error) = (self.refinement, 0, None);
         loop {
             system.keep_history();
             self.refinement.contact_work = 0.0;
@@ -78,13 +78,18 @@ impl Integrator {
                 self.refinement.settle();
             } else if self.refinement.halve(planned, self.max_substeps) {
                 repeated_steps += 1;
+                // A plugin that has panicked gives its message once.
+                first_error = first_error.or(stepped.err());
                 system.nodes.x.copy_from_slice(&self.start[0]);
                 system.nodes.v.copy_from_slice(&self.start[1]);
                 system.swap_history();
                 step.contacts.take_back(system);
                 continue;
             }
-            return stepped.map(|report| StepReport { repeated_steps, ..report });
+            return match stepped {
+                Ok(report) => Ok(StepReport { repeated_steps, ..report }),
+                Err(error) => Err(first_error.unwrap_or(error)),
+            };
         }
     }
 
