@@ -38,7 +38,7 @@ pub fn block(material: Material, cells: [u32; 3], h: f64) -> System {
     system
 }
 
-/// ContactConstraints or leads nodes: `place` gives where a node with this rest place stands, or `None` for a free one.
+/// Fixes or leads nodes: `place` gives where a node with this rest place stands, or `None` for a free one.
 pub fn hold(system: &mut System, place: impl Fn(Vec3) -> Option<Vec3>) {
     let nodes = &mut system.nodes;
     for i in 0..nodes.len() {

@@ -1,8 +1,10 @@
 //! The two solids against closed forms, through the engine's own steps: patch test, bent and twisted bars, inversion.
 
+use nalgebra::{Matrix3, UnitQuaternion};
 use pliant_mesh::testing::Random;
 use pliant_plugin_api::abi;
 use pliant_solver::{Integrator, Loads, Pool, Scheme, StepTime, System, Vec3};
+use pliant_tests::NOW;
 use pliant_tests::solid::{block, forces, hold, material, settle};
 
 const SOLIDS: [&str; 2] = ["neo-hookean", "corotational"];
@@ -35,6 +37,43 @@ fn patch_test() {
         settle(&mut system, &[], 8);
         let after = error(&system);
         assert!(before > 5e-4 && after < 1e-12, "{name}: {before} m, then {after} m");
+    }
+}
+
+/// The energy of `corotational` by known singular values: rotations of elements near rest, stretched, nearly flat, inside out, and of any size.
+#[test]
+fn the_corotational_energy_is_that_of_the_singular_values() {
+    let (edge, poisson) = (0.01, 0.3);
+    let mut system = solid("corotational", poisson, [1, 1, 1], edge);
+    let (mu, lambda) = (YOUNG / (2.0 * (1.0 + poisson)), YOUNG * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)));
+    let mut random = Random(7);
+    for case in 0..6000 {
+        let mut turned = || {
+            let axis = Vec3::from_fn(|_, _| random.signed());
+            UnitQuaternion::from_scaled_axis(4.0 * axis).to_rotation_matrix().into_inner()
+        };
+        let (u, v) = (turned(), turned());
+        let mut near = |spread: f64| Vec3::from_fn(|_, _| 1.0 + spread * random.signed());
+        let mut stretch = match case % 6 {
+            0 => near(1e-6),
+            1 => near(0.3),
+            2 => near(0.9),
+            3 => near(0.3).component_mul(&Vec3::new(1.0, 1.0, 1e-9)),
+            4 => near(0.2).component_mul(&Vec3::new(1.0, 1.0, -0.5)),
+            _ => near(0.3) * 10_f64.powi(case / 6 % 7 - 3),
+        };
+        if case % 18 == 3 {
+            stretch[2] = 0.0;
+        }
+        let f = u * Matrix3::from_diagonal(&stretch) * v.transpose();
+        for (x, rest) in system.nodes.x.iter_mut().zip(&system.nodes.rest) {
+            *x = f * rest;
+        }
+        let found = system.energy(NOW).expect("an energy") / edge.powi(3);
+        let expected = mu * stretch.add_scalar(-1.0).norm_squared() + 0.5 * lambda * (stretch.sum() - 3.0).powi(2);
+        // Rounding of positions, of which the energy is of second order.
+        let rounding = 1e-13 * (mu + lambda) * (3.0 + stretch.norm()).powi(2);
+        assert!((found - expected).abs() < rounding, "case {case}, {stretch:?}: {found} J/m^3 of {expected}");
     }
 }
 

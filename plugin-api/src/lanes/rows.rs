@@ -65,9 +65,9 @@ const ENTRY: [[u32; 8]; 2] = [[0, 1, 2, 3, 4, 5, 6, 7], [0, 3, 6, 1, 4, 7, 2, 5]
 /// A row-major 3 x 3 block: its first eight entries, and the ninth, which is the same in the transpose.
 #[derive(Clone, Copy)]
 pub struct SplitBlock<'a, T> {
-    /// The first eight entries.
+    /// Entries 0 to 7, row by row.
     pub first: &'a [T; 8],
-    /// The ninth.
+    /// Entry 8, in the last row and column.
     pub last: T,
 }
 

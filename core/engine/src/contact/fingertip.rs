@@ -22,10 +22,10 @@ pub struct Tip {
     pub restitution: f64,
     /// Whether it constrains vertices; a soft tip uses springs instead.
     pub constrains: bool,
-    /// How it answers the force of the sheet within the step, if it has a mass; otherwise it moves at `velocity`.
+    /// How its velocity depends on the force of the sheet within the step, if it has a mass; otherwise it moves at `velocity`.
     pub response: Option<TipResponse>,
-    /// Force of the sheet on it that its velocity follows from, N; `None` where the velocity was left as it was foreseen.
-    pub answered: Option<Vec3>,
+    /// Force of the sheet at the end of the step, N, that its velocity follows from; `None` where the velocity was left as it was foreseen.
+    pub implicit_force: Option<Vec3>,
     /// Force on it in the last step, N.
     pub force: Vec3,
     /// Number of vertices it constrained in the last step.

@@ -28,7 +28,7 @@ pub struct SheetTips {
     pub is_pressed: bool,
     /// Vertices near each tip.
     near: Vec<NeighbourList>,
-    /// Velocity of each tip with a mass in this step.
+    /// Velocity of each tip with a mass in a Newton iteration of an implicit step; empty in explicit steps, which take the force of the step before.
     motions: Vec<TipMotion>,
     /// Full solves in this Newton iteration after which contacts were judged.
     passes: usize,
@@ -112,9 +112,9 @@ impl SheetTips {
 
     /// Gives tips with a mass the velocity that follows from the force of a trial step. Returns whether one has changed, so that the step must be solved
     /// again before contacts are judged. A tip that pinches is left to the next step.
-    fn answer(&mut self, system: &mut System, trial: &TrialStep<'_>) -> bool {
+    fn solve_tip_velocities(&mut self, system: &mut System, trial: &TrialStep<'_>) -> bool {
         let mut changed = false;
-        for t in 0..self.tips.len() {
+        for t in 0..self.motions.len() {
             let Some(response) = self.tips[t].response.filter(|response| response.dt == self.dt) else { continue };
             let holds = |contact: &&VertexContact| contact.tips.0 == t && contact.state != State::Free;
             if self.contacts.iter().any(|c| c.tips.1.is_some() && (c.tips.0 == t || c.tips.1 == Some(t))) {
@@ -131,20 +131,20 @@ impl SheetTips {
                 momentum += system.nodes.mass[i] * system.nodes.v[i];
                 mass += system.nodes.mass[i];
             }
-            if mass == 0.0 && self.tips[t].answered.is_none() {
+            if mass == 0.0 && self.tips[t].implicit_force.is_none() {
                 continue;
             }
             let sheet = if mass > 0.0 { momentum / mass } else { Vec3::zeros() };
             let tip = &mut self.tips[t];
-            if tip.answered.is_some() {
-                tip.answered = Some(force);
+            if tip.implicit_force.is_some() {
+                tip.implicit_force = Some(force);
             }
             let (velocity, wanted) = (tip.velocity, response.velocity(force));
             let Some(next) = self.motions[t].next(velocity, wanted, sheet, tip.length_scale(), &response) else {
                 continue;
             };
             tip.position += self.dt * (next - velocity);
-            (tip.velocity, tip.answered) = (next, Some(force));
+            (tip.velocity, tip.implicit_force) = (next, Some(force));
             changed = true;
             for at in 0..self.contacts.len() {
                 let contact = self.contacts[at];
@@ -262,7 +262,6 @@ impl ContactConstraints for SheetTips {
         self.dt = dt;
         self.passes = 0;
         self.motions.clear();
-        self.motions.resize(self.tips.len(), TipMotion::default());
         self.update_near(&system.nodes.x, dt);
         self.contacts.clear();
         for t in 0..self.tips.len() {
@@ -304,12 +303,12 @@ impl ContactConstraints for SheetTips {
         let is_whole = trial.error_bound.is_none();
         // While a velocity is searched for, contacts stay, and where tips have a mass there may be more solves than contacts are judged after.
         let searches = self.motions.iter().any(TipMotion::is_searching);
-        if searches && is_whole && self.answer(system, trial) {
+        if searches && is_whole && self.solve_tip_velocities(system, trial) {
             return true;
         }
         self.passes += usize::from(is_whole);
         if self.passes > MAX_ACTIVE_SET_PASSES {
-            return !searches && is_whole && self.answer(system, trial);
+            return !searches && is_whole && self.solve_tip_velocities(system, trial);
         }
         let mut changed = trial.error_bound.is_none() && self.add_swept_contacts(system, trial.velocity);
         let mut tips = std::mem::take(&mut self.contacts);
@@ -322,7 +321,7 @@ impl ContactConstraints for SheetTips {
         }
         self.contacts = tips;
         // A velocity is found for the forces of contacts that stay as they are.
-        changed || (!searches && is_whole && self.answer(system, trial))
+        changed || (!searches && is_whole && self.solve_tip_velocities(system, trial))
     }
 
     fn can_stop_early(&self, system: &System, trial: &TrialStep<'_>) -> bool {
@@ -337,13 +336,14 @@ impl ContactConstraints for SheetTips {
     }
 
     fn begin_iteration(&mut self) {
-        self.motions.fill(TipMotion::default());
+        self.motions.clear();
+        self.motions.resize(self.tips.len(), TipMotion::default());
         self.passes = 0;
     }
 
     fn max_passes(&self) -> usize {
-        let answering = self.tips.iter().filter(|tip| tip.response.is_some()).count();
-        MAX_ACTIVE_SET_PASSES + MOST_TRIED * answering
+        let with_mass = self.tips.iter().filter(|tip| tip.response.is_some()).count();
+        MAX_ACTIVE_SET_PASSES + MOST_TRIED * with_mass
     }
 
     fn has_candidates(&self) -> bool {
@@ -448,7 +448,7 @@ mod tests {
             restitution: 0.0,
             constrains: true,
             response: None,
-            answered: None,
+            implicit_force: None,
             force: still,
             constrained: 0,
         }

@@ -7,7 +7,7 @@
 use nalgebra::Matrix3;
 use pliant_solver::Vec3;
 
-/// How a tip with a mass answers the force of a sheet.
+/// How the velocity of a tip with a mass depends on the force of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipResponse {
     /// Velocity at the end of the step without that force, m/s.

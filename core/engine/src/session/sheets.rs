@@ -85,10 +85,10 @@ impl Session {
     pub(super) fn return_tips(&mut self, index: usize) {
         for tool in 0..self.tools.len() {
             let found = self.place_of_tip(tool).and_then(|place| self.sheet_tips[index].tips.get(place));
-            let Some((end, Some(force))) = found.map(|tip| (tip.position, tip.answered)) else { continue };
+            let Some((end, Some(force))) = found.map(|tip| (tip.position, tip.implicit_force)) else { continue };
             let slot = &mut self.tools[tool];
             if let (Some(tip), None) = (&mut slot.tip, slot.tool.proxy.touch) {
-                tip.answer((end - slot.tool.proxy.position) / self.clock.dt, force, self.clock.dt);
+                tip.apply_implicit_force((end - slot.tool.proxy.position) / self.clock.dt, force, self.clock.dt);
                 slot.tool.proxy.position = end;
             }
         }
@@ -163,7 +163,7 @@ impl ToolSlot {
                 restitution,
                 constrains: true,
                 response: None,
-                answered: None,
+                implicit_force: None,
                 force: Vec3::zeros(),
                 constrained: 0,
             }

@@ -20,9 +20,9 @@ pub struct TipMass {
     /// Whether a hand drives it now.
     led: bool,
     /// Velocity without a force of sheets in this step, m/s, and the inertia against one, kg.
-    response: Option<(Vec3, f64)>,
-    /// Force of sheets that the velocity of the last step follows from already, N.
-    answered: Option<Vec3>,
+    free: Option<(Vec3, f64)>,
+    /// Force of sheets at the end of the last step, N, that its velocity follows from already.
+    implicit_force: Option<Vec3>,
     /// External force in the last step, N.
     force: Vec3,
     /// Displacement in the last step, m.
@@ -48,8 +48,8 @@ impl TipMass {
             position: zero,
             velocity: zero,
             led: false,
-            response: None,
-            answered: None,
+            free: None,
+            implicit_force: None,
             force: zero,
             moved: zero,
             resisted: [0.0; 2],
@@ -65,51 +65,48 @@ impl TipMass {
         if !self.led {
             (self.position, self.velocity, self.led) = (hand, speed, true);
             (self.force, self.moved, self.resisted) = (force, Vec3::zeros(), [0.0; 2]);
-            (self.response, self.answered) = (None, None);
+            (self.free, self.implicit_force) = (None, None);
             return;
         }
         let (m, k) = (self.mass, coupling.stiffness);
         let c = 2.0 * (m * k).sqrt();
         let inertia = m + dt * c + dt * dt * k;
+        // A force that the last step followed from is no force of this one, and tells nothing of the stiffness.
+        let applied = self.implicit_force.take();
         // The stiffness against the tip: by the last step, as when it meets a sheet, or by least squares over more of them, as beside a sheet.
-        let last = [-(force - self.force).dot(&self.moved), self.moved.norm_squared()];
-        self.resisted = std::array::from_fn(|i| MEMORY * self.resisted[i] + last[i]);
+        let last = match applied {
+            Some(_) => [0.0; 2],
+            None => [-(force - self.force).dot(&self.moved), self.moved.norm_squared()],
+        };
+        let memory = if applied.is_some() { 0.0 } else { MEMORY };
+        self.resisted = std::array::from_fn(|i| memory * self.resisted[i] + last[i]);
         let ratio = |[work, squares]: [f64; 2]| if squares > 0.0 { work / squares } else { 0.0 };
-        // What the sheet's step has answered is no force of this step, and tells nothing of the stiffness.
-        let answered = self.answered.take();
-        if answered.is_some() {
-            self.resisted = [0.0; 2];
-        }
-        let last = if answered.is_some() { [0.0; 2] } else { last };
         let excess = (CONTRACTION * dt * dt * ratio(last).max(ratio(self.resisted)) - inertia).max(0.0);
         (self.force, self.moved) = (force, self.position);
         let mut free = Vec3::zeros();
         for i in 0..3 {
+            // Towards the position of the hand at the end of the step.
             let pull = k * (hand[i] - self.position[i]) + c * speed[i];
             free[i] = (m * self.velocity[i] + dt * pull) / inertia;
-        }
-        self.response = Some((free, inertia));
-        let force = force - answered.unwrap_or_else(Vec3::zeros);
-        for i in 0..3 {
-            // Towards the position of the hand at the end of the step.
-            let pull = k * (hand[i] - self.position[i]) + c * speed[i] + force[i];
-            self.velocity[i] = (m * self.velocity[i] + dt * pull) / (inertia + excess);
+            let all = pull + force[i] - applied.map_or(0.0, |applied| applied[i]);
+            self.velocity[i] = (m * self.velocity[i] + dt * all) / (inertia + excess);
             self.position[i] += dt * self.velocity[i];
         }
+        self.free = Some((free, inertia));
         self.moved = self.position - self.moved;
     }
 
-    /// How it answers a force of a sheet in this step of `dt` (s), beside the force `others` (N) of other sheets.
+    /// How its velocity depends on the force of a sheet in this step of `dt` (s), beside the force `others` (N) of other sheets.
     pub fn response(&self, others: Vec3, dt: f64) -> Option<TipResponse> {
-        self.response.map(|(free, inertia)| TipResponse { free: free + dt / inertia * others, inertia, dt })
+        self.free.map(|(free, inertia)| TipResponse { free: free + dt / inertia * others, inertia, dt })
     }
 
     /// Changes the velocity of this step of `dt` (s) by `change` (m/s), to that which follows from the `force` (N) of a sheet.
-    pub fn answer(&mut self, change: Vec3, force: Vec3, dt: f64) {
+    pub fn apply_implicit_force(&mut self, change: Vec3, force: Vec3, dt: f64) {
         self.velocity += change;
         self.position += dt * change;
         self.moved += dt * change;
-        self.answered = Some(force);
+        self.implicit_force = Some(force);
     }
 
     /// Marks the hand as absent; the tip starts again at rest where a hand returns.

@@ -364,7 +364,7 @@ impl Integrator {
 ///
 /// # Errors
 /// Returns the error of the material.
-fn energy(system: &mut System, step: &Substep<'_>) -> Result<f64, ForceError> {
+pub(super) fn energy(system: &mut System, step: &Substep<'_>) -> Result<f64, ForceError> {
     Ok(system.nodes.kinetic_energy() + system.energy(step.time)?)
 }
 

@@ -300,12 +300,17 @@ impl Integrator {
         v.copy_from_slice(&system.nodes.v);
     }
 
+    /// Puts positions, velocities and the history of elements back to what was recorded.
+    fn return_to_start(&self, system: &mut System) {
+        system.nodes.x.copy_from_slice(&self.start[0]);
+        system.nodes.v.copy_from_slice(&self.start[1]);
+        system.swap_history();
+    }
+
     /// Puts the body where it was before an interrupted step, with the history of its elements. A substep puts its own positions and velocities back.
     fn take_back(&mut self, interrupt: StepError, system: &mut System, substeps: usize) -> StepError {
         if substeps > 1 {
-            system.nodes.x.copy_from_slice(&self.start[0]);
-            system.nodes.v.copy_from_slice(&self.start[1]);
-            system.swap_history();
+            self.return_to_start(system);
         }
         self.reaction.fill(Vec3::zeros());
         self.history = History::Interrupted;

@@ -6,8 +6,8 @@
 //! With [`Integrator::max_substeps`] a step that gains energy stands.
 
 use super::energy_guard::work;
+use super::implicit::energy;
 use super::{Integrator, StepError, StepReport, Substep};
-use crate::algebra::Vec3;
 use crate::force_model::ForceError;
 use crate::system::System;
 
@@ -40,8 +40,8 @@ impl Refinement {
         allowed
     }
 
-    /// Enters a step that stands.
-    fn settle(&mut self) {
+    /// Counts a step that stands.
+    fn count_calm_step(&mut self) {
         self.calm += 1;
         if self.calm >= CALM_STEPS {
             (self.halvings, self.calm) = (self.halvings.saturating_sub(1), 0);
@@ -75,14 +75,12 @@ impl Integrator {
                 Err(StepError::Diverged { .. } | StepError::Force(_)) => false,
             };
             if stands {
-                self.refinement.settle();
+                self.refinement.count_calm_step();
             } else if self.refinement.halve(planned, self.max_substeps) {
                 repeated_steps += 1;
                 // A plugin that has panicked gives its message once.
                 first_error = first_error.or(stepped.err());
-                system.nodes.x.copy_from_slice(&self.start[0]);
-                system.nodes.v.copy_from_slice(&self.start[1]);
-                system.swap_history();
+                self.return_to_start(system);
                 step.contacts.take_back(system);
                 continue;
             }
@@ -93,28 +91,29 @@ impl Integrator {
         }
     }
 
-    /// Whether the step from `self.start` to the present state may stand, whose fastest node moves at `fastest` (m/s).
+    /// Whether the step from `self.start` to the present state, whose fastest node moves at `fastest` (m/s), may stand. An energy that is not to be had
+    /// at its end counts as a gain.
     ///
     /// # Errors
-    /// Returns the error of the material.
+    /// Returns the error of the material at its start.
     fn admits_substeps(&mut self, system: &mut System, step: &Substep<'_>, fastest: f64) -> Result<bool, ForceError> {
         if fastest < self.guarded_speed {
             return Ok(true);
         }
         let [x, v] = &self.start;
         let work = work(step.loads, &system.nodes, &[], [x, v]) + self.refinement.contact_work;
-        let kinetic =
-            |v: &[Vec3]| -> f64 { v.iter().zip(&system.nodes.mass).map(|(v, m)| 0.5 * m * v.norm_squared()).sum() };
-        let kinetic = [kinetic(v), kinetic(&system.nodes.v)];
-        let Ok(after) = system.energy(step.time) else { return Ok(false) };
-        let mut swap = |system: &mut System| {
-            std::mem::swap(&mut system.nodes.x, &mut self.start[0]);
-            system.swap_history();
-        };
-        swap(system);
-        let before = system.energy(step.time);
-        swap(system);
-        Ok(self.energy_guard.admit(kinetic[0] + before?, kinetic[1] + after, work))
+        let Ok(after) = energy(system, step) else { return Ok(false) };
+        self.swap_with_start(system);
+        let before = energy(system, step);
+        self.swap_with_start(system);
+        Ok(self.energy_guard.admit(before?, after, work))
+    }
+
+    fn swap_with_start(&mut self, system: &mut System) {
+        let [x, v] = &mut self.start;
+        std::mem::swap(&mut system.nodes.x, x);
+        std::mem::swap(&mut system.nodes.v, v);
+        system.swap_history();
     }
 }
 
@@ -132,11 +131,11 @@ mod tests {
             [12, 20],
             "a stiff contact asks for more"
         );
-        (0..CALM_STEPS - 1).for_each(|_| refinement.settle());
+        (0..CALM_STEPS - 1).for_each(|_| refinement.count_calm_step());
         assert_eq!(refinement.substeps(3, 12), 12);
-        refinement.settle();
+        refinement.count_calm_step();
         assert_eq!(refinement.substeps(3, 12), 6);
-        (0..10 * CALM_STEPS).for_each(|_| refinement.settle());
+        (0..10 * CALM_STEPS).for_each(|_| refinement.count_calm_step());
         assert_eq!(refinement.substeps(3, 12), 3);
     }
 }

@@ -87,13 +87,15 @@ impl Sheet {
         centre: Vec3,
         [radius, join]: [f64; 2],
     ) -> Vec<[u32; 2]> {
-        let triangles = self.triangles(&model.surface);
-        let border = Border::new(&triangles, &nodes.x);
         let distance = |a: u32, b: u32| (nodes.x[a as usize] - nodes.x[b as usize]).norm();
         let is_near = |n: &u32| (nodes.x[*n as usize] - centre).norm() <= radius;
+        // All triangles at an edge of a near node are among them, so that what is a border there is known.
+        let mut triangles = self.triangles(&model.surface);
+        triangles.retain(|corners| corners.iter().any(is_near));
+        let border = Border::new(&triangles, &nodes.x);
         let near: BTreeSet<u32> = border.outward.keys().copied().filter(is_near).collect();
         let mut joined: HashMap<u32, BTreeSet<u32>> = HashMap::new();
-        for corners in triangles.iter().filter(|corners| corners.iter().any(|n| near.contains(n))) {
+        for corners in &triangles {
             corners.iter().for_each(|n| joined.entry(*n).or_default().extend(corners));
         }
         let rest = |n: u32| nodes.rest[n as usize];
@@ -106,11 +108,8 @@ impl Sheet {
         };
         let partner_of = |a: u32| {
             let others = near.iter().copied().filter(|b| distance(a, *b) <= radius && may_join(a, *b));
-            let rank = |b: u32| (!is_copy(a, b), distance(a, b));
-            others.min_by(|b, c| {
-                let (first, second) = (rank(*b), rank(*c));
-                first.0.cmp(&second.0).then(first.1.total_cmp(&second.1))
-            })
+            let copies_first = |b: u32, c: u32| is_copy(a, c).cmp(&is_copy(a, b));
+            others.min_by(|b, c| copies_first(*b, *c).then(distance(a, *b).total_cmp(&distance(a, *c))))
         };
         let partner: BTreeMap<u32, u32> = near.iter().filter_map(|a| Some((*a, partner_of(*a)?))).collect();
         let is_mutual = |(a, b): &(&u32, &u32)| a < b && partner.get(*b) == Some(a);

@@ -299,7 +299,8 @@ impl ObstacleContacts {
             }
             // It must not come deeper than it was.
             let plane = placed.plane(start, v, self.dt);
-            if plane.gap + plane.normal.dot(&way) >= plane.gap.min(0.0) - self.tolerance {
+            let deeper = plane.gap.min(0.0) - (plane.gap + plane.normal.dot(&way));
+            if deeper <= self.tolerance {
                 continue;
             }
             if self.hold(&point, &plane, system) {
@@ -308,7 +309,7 @@ impl ObstacleContacts {
             }
             // Its nodes are held, and those that carry less of it bring it in, as where a body turns. Moving it out after the step would do work, so
             // the one that brings it furthest is held too; not for the little way of a body at rest, where nodes would be held and let go by turns.
-            if plane.gap + plane.normal.dot(&way) >= plane.gap.min(0.0) - self.turn {
+            if deeper <= self.turn {
                 continue;
             }
             let target = self.target(point.obstacle as usize, &plane);

@@ -27,7 +27,7 @@ pub struct RowsProduct<'o, F, const K: usize> {
     pub out: [&'o mut [Vec3]; K],
     /// The node of the first row.
     pub first: usize,
-    /// The vectors.
+    /// The K vectors that are multiplied, a part for each node (n x 3).
     pub x: [&'o [Vec3]; K],
     /// The row of each of `out`.
     pub row: F,

@@ -27,7 +27,7 @@ pub struct Row<'a> {
 pub struct RowsProduct<'o, F, const K: usize> {
     /// The products, as many rows of each.
     pub out: [&'o mut [Vec3]; K],
-    /// The vectors.
+    /// The K vectors that are multiplied, a part for each node (n x 3).
     pub x: [&'o [Vec3]; K],
     /// The row of each of `out`.
     pub row: F,
