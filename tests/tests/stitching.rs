@@ -195,6 +195,52 @@ fn a_wide_stitch_joins_the_sides_of_a_slit_and_leaves_the_hem() {
     }
 }
 
+/// The free corners of a square of two triangles are laid on each other: joined, they would lie on the fold.
+#[test]
+fn a_join_that_the_material_refuses_leaves_the_sheet_as_it_was() {
+    for (pattern, edge) in [("regular", 0.02), ("alternating", 0.1)] {
+        let text = format!(
+            r#"
+            format = 1
+            [time]
+            dt = 0.002
+            [[body]]
+            shape = {{ kind = "sheet", cells = 1, size = [{edge}, {edge}, 0], pattern = "{pattern}" }}
+            sheet = {{ warp = [1, 0, 0] }}
+            material = {{ plugin = "cloth", params = {{ fabric = "interlock" }} }}
+            [[device]]
+            name = "hand"
+            params = {{ path = [[0, 0, 0, 1]] }}
+            [[tool]]
+            name = "needle"
+            device = "hand"
+            radius = "5 mm"
+            [[edit]]
+            kind = "stitch"
+            tool = "needle"
+            "#
+        );
+        let mut session = open(&text, 1);
+        let body = &mut session.bodies[0];
+        let triangles = &body.model.surface.triangles;
+        let free = |t: usize| triangles[t].into_iter().find(|n| !triangles[1 - t].contains(n)).expect("a free corner");
+        let (a, b) = (free(0), free(1));
+        let place = body.model.surface.points[a as usize];
+        let near = body.system.nodes.x[a as usize] + Vec3::new(0.0, 0.0, 0.1 * edge);
+        body.system.nodes.x[b as usize] = near;
+        let before = body.system.nodes.x.clone();
+        let refused = body.stitch(place, 0.5 * edge).expect_err("a side without area");
+        assert!(refused.to_string().contains("area"), "{refused}");
+        assert_eq!(body.system.nodes.x, before, "{pattern}");
+        assert!(body.discretization.sheet().expect("a sheet").welds().is_empty(), "{pattern}");
+        for _ in 0..10 {
+            session.step();
+        }
+        let body = &session.bodies[0];
+        assert!(body.frozen.is_none() && body.system.nodes.x.iter().all(|x| x.norm() < 10.0), "{:?}", body.frozen);
+    }
+}
+
 #[test]
 fn a_slit_in_hanging_cloth_that_is_stitched_hangs_as_if_it_had_not_been_cut() {
     let scene = |edits: &str| {

@@ -20,25 +20,27 @@ impl Body {
     /// Joins nodes that face each other within `radius` (m) of a point of the rest shape (m), where they are near enough.
     ///
     /// # Errors
-    /// Returns the error of the grid or material plugin.
+    /// Returns the error of the grid or material plugin; a sheet is then as it was before.
     pub fn stitch(&mut self, point: Vec3, radius: f64) -> Result<Seam, LatticeError> {
         let centre = self.embed_point(point)?.now;
         let join = JOIN_DISTANCE * self.discretization.edge();
-        match &mut self.discretization {
-            Discretization::Sheet(sheet) => {
-                let pairs = sheet.facing_nodes(&self.model, &self.system.nodes, centre, [radius, join]);
-                let x = &self.system.nodes.x;
-                let is_near = |[a, b]: &[u32; 2]| (x[*a as usize] - x[*b as usize]).norm() <= join;
-                let (near, apart): (Vec<_>, Vec<_>) = pairs.into_iter().partition(is_near);
-                if near.is_empty() {
-                    return Ok(Seam { has_joined: false, apart });
-                }
-                sheet.weld(&near, &self.model, &mut self.system)?;
-                self.settle_welds();
-                Ok(Seam { has_joined: true, apart: Vec::new() })
-            }
-            Discretization::Lattice(_) => self.heal(point, radius, join),
+        let Discretization::Sheet(sheet) = &self.discretization else { return self.heal(point, radius, join) };
+        let pairs = sheet.facing_nodes(&self.model, &self.system.nodes, centre, [radius, join]);
+        let x = &self.system.nodes.x;
+        let is_near = |[a, b]: &[u32; 2]| (x[*a as usize] - x[*b as usize]).norm() <= join;
+        let (near, apart): (Vec<_>, Vec<_>) = pairs.into_iter().partition(is_near);
+        if near.is_empty() {
+            return Ok(Seam { has_joined: false, apart });
         }
+        let state = self.save();
+        if let Discretization::Sheet(sheet) = &mut self.discretization
+            && let Err(refused) = sheet.weld(&near, &self.model, &mut self.system)
+        {
+            self.restore(&state)?;
+            return Err(refused);
+        }
+        self.settle_welds();
+        Ok(Seam { has_joined: true, apart: Vec::new() })
     }
 
     /// Moves the vertices of a sheet to their nodes, at rest and at present, after vertices have been welded.
