@@ -64,7 +64,13 @@ impl Integrator {
         }
         self.refinement.contact_work += dt * work;
         std::mem::swap(&mut system.nodes.v, &mut self.scratch);
-        report.max_speed = check(system)?;
+        report.max_speed = check(system).inspect_err(|_| match order {
+            ExplicitOrder::PositionFirst => {
+                // The velocities before the step are here since the swap.
+                system.nodes.x.iter_mut().zip(&self.scratch).for_each(|(x, v)| *x -= dt * *v);
+            }
+            ExplicitOrder::VelocityFirst => {}
+        })?;
         match order {
             ExplicitOrder::PositionFirst => {}
             ExplicitOrder::VelocityFirst => move_nodes(pool, system, dt),

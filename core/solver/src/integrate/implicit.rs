@@ -75,31 +75,37 @@ impl Integrator {
         if of_scheme.stage < 1.0 && (step.contacts.is_active() || step.contacts.has_candidates()) {
             of_scheme = backward_euler::coefficients(dt, History::Interrupted);
         }
-        self.solve_step(system, step, &of_scheme, self.max_newton, report)?;
-        let mut fastest = self.check_velocities(system)?;
-        let is_damped = of_scheme.stage == 1.0 && fastest < self.guarded_speed;
-        if !is_damped && !self.admits(system, step)? {
+        report.max_speed = self.step_from_start(system, step, &of_scheme, report).inspect_err(|_| {
             system.nodes.x.copy_from_slice(&self.from[0]);
             system.nodes.v.copy_from_slice(&self.from[1]);
-            self.pcg.forget();
-            report.repeated_steps += 1;
-            let damped = backward_euler::coefficients(dt, History::Interrupted);
-            self.solve_step(system, step, &damped, self.max_newton.max(REPEATED_NEWTON), report)?;
-            fastest = self.check_velocities(system)?;
-        }
-        report.max_speed = fastest;
+        })?;
         std::mem::swap(&mut self.from, &mut self.before);
         self.history = History::Continuous;
         step.contacts.end(system, &mut self.reaction);
         Ok(())
     }
 
-    /// The largest speed of a node, m/s.
-    ///
-    /// # Errors
-    /// [`StepError::Diverged`] if a velocity is not finite; positions are then those before the step.
-    fn check_velocities(&self, system: &mut System) -> Result<f64, StepError> {
-        check(system).inspect_err(|_| system.nodes.x.copy_from_slice(&self.from[0]))
+    /// Takes the step from the state in `self.from`, and again with backward Euler if it would gain energy. Returns the speed of its fastest node, m/s.
+    fn step_from_start(
+        &mut self,
+        system: &mut System,
+        step: &mut Substep<'_>,
+        coefficients: &ImplicitCoefficients,
+        report: &mut StepReport,
+    ) -> Result<f64, StepError> {
+        self.solve_step(system, step, coefficients, self.max_newton, report)?;
+        let fastest = check(system)?;
+        let is_damped = coefficients.stage == 1.0 && fastest < self.guarded_speed;
+        if is_damped || self.admits(system, step)? {
+            return Ok(fastest);
+        }
+        system.nodes.x.copy_from_slice(&self.from[0]);
+        system.nodes.v.copy_from_slice(&self.from[1]);
+        self.pcg.forget();
+        report.repeated_steps += 1;
+        let damped = backward_euler::coefficients(step.time.dt, History::Interrupted);
+        self.solve_step(system, step, &damped, self.max_newton.max(REPEATED_NEWTON), report)?;
+        check(system)
     }
 
     /// Whether the step to the present state may stand.
@@ -134,14 +140,7 @@ impl Integrator {
         let mut first = 0.0;
         for index in 0..max_newton.max(1) {
             let iteration = Iteration { coefficients, index };
-            let residual_norm = match self.newton_step(system, step, &iteration, report) {
-                Err(interrupt @ (StepError::Cancelled | StepError::TimedOut)) => {
-                    system.nodes.x.copy_from_slice(&self.from[0]);
-                    system.nodes.v.copy_from_slice(&self.from[1]);
-                    return Err(interrupt);
-                }
-                norm => norm?,
-            };
+            let residual_norm = self.newton_step(system, step, &iteration, report)?;
             if index == 0 {
                 first = residual_norm;
             }

@@ -78,22 +78,23 @@ impl Default for StepReport {
     }
 }
 
-/// Why a step failed.
+/// Why a step failed. The body is where it was before the step (explicit schemes that move nodes first: but for rounding), and contacts hold none of
+/// its nodes.
 #[derive(Debug, Error)]
 pub enum StepError {
-    /// The material failed.
+    /// The material failed. All velocities are set to zero. If it failed in the update of its history, a step of one substep has moved the body.
     #[error(transparent)]
     Force(#[from] ForceError),
-    /// A node's velocity is not finite. Positions are restored to those before the step, and all velocities are set to zero.
+    /// A node's velocity is not finite. All velocities are set to zero.
     #[error("the velocity of node {node} is not finite")]
     Diverged {
         /// Index of the first such node.
         node: usize,
     },
-    /// The step was stopped ([`Interrupts::cancel`]). The body is where it was before it.
+    /// The step was stopped ([`Interrupts::cancel`]).
     #[error("stopped")]
     Cancelled,
-    /// The step took too long ([`Interrupts::deadline`]). The body is where it was before it.
+    /// The step took too long ([`Interrupts::deadline`]).
     #[error("took too long")]
     TimedOut,
 }
@@ -249,48 +250,67 @@ impl Integrator {
         step.contacts.keep_start();
         let is_guarded = matches!(self.scheme.properties().method, Method::Explicit(ExplicitOrder::VelocityFirst))
             && self.guarded_speed < f64::INFINITY;
-        if is_guarded {
-            return self.refined_step(system, &mut step, substeps);
+        let stepped = if is_guarded {
+            self.refined_step(system, &mut step, substeps)
+        } else {
+            if substeps > 1 {
+                self.keep_start(system);
+                system.keep_history();
+            }
+            self.substeps(system, &mut step, substeps, substeps > 1)
+        };
+        if let Err(StepError::Diverged { .. } | StepError::Force(_)) = &stepped {
+            system.nodes.v.fill(Vec3::zeros());
         }
-        if substeps > 1 {
-            self.keep_start(system);
-            system.keep_history();
-        }
-        self.substeps(system, &mut step, substeps)
+        stepped
     }
 
-    /// Takes a step in `substeps` equal parts. With several, `self.start` and [`System::keep_history`] have the state before.
+    /// Takes a step in `substeps` equal parts. If it fails, contacts let go of what they hold, and with `has_start` (`self.start` and
+    /// [`System::keep_history`] have the state before it) the body returns to its start.
     fn substeps(
         &mut self,
         system: &mut System,
         step: &mut Substep<'_>,
         substeps: usize,
+        has_start: bool,
     ) -> Result<StepReport, StepError> {
+        let mut report = StepReport { substeps, ..StepReport::default() };
+        let stepped = self.take_substeps(system, step, substeps, &mut report);
+        stepped.map(|()| report).map_err(|error| {
+            let error = self.attribute(error, system);
+            step.contacts.take_back(system);
+            if has_start {
+                self.return_to_start(system);
+            }
+            self.reaction.fill(Vec3::zeros());
+            self.history = History::Interrupted;
+            self.pcg.forget();
+            error
+        })
+    }
+
+    /// The loop of [`substeps`](Self::substeps). On an error positions are those at the start of a substep.
+    fn take_substeps(
+        &mut self,
+        system: &mut System,
+        step: &mut Substep<'_>,
+        substeps: usize,
+        report: &mut StepReport,
+    ) -> Result<(), StepError> {
         let (pool, loads, time) = (step.pool, step.loads, step.time);
         let dt = time.dt / substeps as f64;
-        let mut report = StepReport { substeps, ..StepReport::default() };
         for sub in 0..substeps {
-            if let Err(interrupt) = self.interrupts.check() {
-                step.contacts.take_back(system);
-                return Err(self.take_back(interrupt, system, substeps));
-            }
+            self.interrupts.check()?;
             let now = StepTime { start: time.start + sub as f64 * dt, dt };
             let mut step = Substep { pool, loads, contacts: &mut *step.contacts, time: now };
-            let stepped = match self.scheme.properties().method {
-                Method::Equilibrium => self.settle(system, &mut step, &mut report),
-                Method::Implicit(coefficients) => self.implicit(system, &mut step, coefficients, &mut report),
-                Method::Explicit(order) => self.explicit(system, &mut step, order, &mut report),
-            };
-            stepped.map_err(|error| match error {
-                StepError::Cancelled | StepError::TimedOut => {
-                    step.contacts.take_back(system);
-                    self.take_back(error, system, substeps)
-                }
-                StepError::Diverged { .. } | StepError::Force(_) => self.attribute(error, system),
-            })?;
+            match self.scheme.properties().method {
+                Method::Equilibrium => self.settle(system, &mut step, report),
+                Method::Implicit(coefficients) => self.implicit(system, &mut step, coefficients, report),
+                Method::Explicit(order) => self.explicit(system, &mut step, order, report),
+            }?;
             system.advance(pool, StepTime { start: now.end(), dt })?;
         }
-        Ok(report)
+        Ok(())
     }
 
     /// Records positions and velocities before a step.
@@ -305,17 +325,6 @@ impl Integrator {
         system.nodes.x.copy_from_slice(&self.start[0]);
         system.nodes.v.copy_from_slice(&self.start[1]);
         system.swap_history();
-    }
-
-    /// Puts the body where it was before an interrupted step, with the history of its elements. A substep puts its own positions and velocities back.
-    fn take_back(&mut self, interrupt: StepError, system: &mut System, substeps: usize) -> StepError {
-        if substeps > 1 {
-            self.return_to_start(system);
-        }
-        self.reaction.fill(Vec3::zeros());
-        self.history = History::Interrupted;
-        self.pcg.forget();
-        interrupt
     }
 
     /// Attributes a state that is not finite to the material if its force is not finite, and to the solver otherwise.

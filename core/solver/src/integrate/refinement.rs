@@ -65,9 +65,16 @@ impl Integrator {
         loop {
             system.keep_history();
             self.refinement.contact_work = 0.0;
-            let stepped = self.substeps(system, step, self.refinement.substeps(planned, self.max_substeps));
+            let stepped = self.substeps(system, step, self.refinement.substeps(planned, self.max_substeps), true);
             let stands = match &stepped {
-                Ok(report) => self.admits_substeps(system, step, report.max_speed)?,
+                Ok(report) => match self.admits_substeps(system, step, report.max_speed) {
+                    Ok(stands) => stands,
+                    Err(error) => {
+                        self.return_to_start(system);
+                        step.contacts.take_back(system);
+                        return Err(error.into());
+                    }
+                },
                 Err(StepError::Cancelled | StepError::TimedOut) => {
                     self.refinement = before;
                     return stepped;
@@ -79,9 +86,13 @@ impl Integrator {
             } else if self.refinement.halve(planned, self.max_substeps) {
                 repeated_steps += 1;
                 // A plugin that has panicked gives its message once.
-                first_error = first_error.or(stepped.err());
-                self.return_to_start(system);
-                step.contacts.take_back(system);
+                match stepped {
+                    Ok(_) => {
+                        self.return_to_start(system);
+                        step.contacts.take_back(system);
+                    }
+                    Err(error) => _ = first_error.get_or_insert(error),
+                }
                 continue;
             }
             return match stepped {
