@@ -43,7 +43,14 @@ pub fn run_to_end(command: &mut Command, limit: Option<Duration>) -> ChildEnd {
         Err(error) => return ChildEnd::NotStarted(error),
     };
     // Read while waiting: a child that writes more than a pipe holds blocks until its pipe is read.
-    let (stdout, stderr) = (read_all(child.stdout.take()), read_all(child.stderr.take()));
+    let pipes = (|| Ok((read_all(child.stdout.take())?, read_all(child.stderr.take())?)))();
+    let (stdout, stderr) = match pipes {
+        Ok(readers) => readers,
+        Err(error) => {
+            let _ = child.kill().and_then(|()| child.wait());
+            return ChildEnd::NotStarted(error);
+        }
+    };
     match wait(&mut child, limit) {
         Ok(Some(status)) => match status.code() {
             Some(code) => ChildEnd::Exited { code, stdout: text_of(stdout), stderr: text_of(stderr) },
@@ -75,14 +82,18 @@ fn wait(child: &mut Child, limit: Option<Duration>) -> std::io::Result<Option<Ex
 type PipeReader = Option<thread::JoinHandle<String>>;
 
 /// Reads a pipe to its end on a thread.
-fn read_all(pipe: Option<impl Read + Send + 'static>) -> PipeReader {
-    pipe.map(|mut pipe| {
-        thread::spawn(move || {
+///
+/// # Errors
+/// The error of the system if it gives no thread.
+fn read_all(pipe: Option<impl Read + Send + 'static>) -> std::io::Result<PipeReader> {
+    let read = |mut pipe: _| {
+        move || {
             let mut bytes = Vec::new();
-            let _ = pipe.read_to_end(&mut bytes);
+            let _ = Read::read_to_end(&mut pipe, &mut bytes);
             String::from_utf8_lossy(&bytes).into_owned()
-        })
-    })
+        }
+    };
+    pipe.map(|pipe| thread::Builder::new().spawn(read(pipe))).transpose()
 }
 
 /// What was read; empty without a pipe.

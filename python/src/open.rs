@@ -3,7 +3,7 @@
 use super::failure::{Failure, contained};
 use pliant_engine::plan::Plan;
 use pliant_engine::scene::{self, Scene, Source};
-use pliant_engine::session::{Options, Session};
+use pliant_engine::session::{MAX_THREADS, Options, Session};
 use pliant_host::{AllowedFolders, SearchPath};
 use pliant_mesh::ObjDocument;
 use pyo3::prelude::*;
@@ -75,10 +75,17 @@ pub fn load(given: SceneText) -> Result<(Scene, Source), Failure> {
     Ok((scene, source))
 }
 
+/// Refuses numbers of threads that no machine has.
+fn check_threads(threads: usize) -> Result<(), Failure> {
+    let text = || format!("threads is {threads}; allowed is 0 for what the machine has, to {MAX_THREADS}");
+    if threads > MAX_THREADS { Err(Failure::argument(text())) } else { Ok(()) }
+}
+
 /// Opens a scene.
 pub fn open(given: SceneText, options: &OpenOptions) -> Result<Opened, Failure> {
     let (scene, source) = load(given)?;
     let plan = Plan::new(&scene, &source)?;
+    check_threads(options.threads)?;
     let (threads, mesh) = (options.threads, options.mesh.clone());
     let opening = Options { mesh, ..Options::new(options.search()?, threads) };
     let mut session = Session::open(&scene, &source, plan, &opening)?;

@@ -8,6 +8,8 @@ pub mod bar;
 pub mod batch;
 pub mod bout;
 pub mod cloth;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+pub mod faults;
 pub mod models;
 pub mod native;
 pub mod solid;
@@ -100,6 +102,14 @@ pub struct Ran {
     pub out: String,
     /// Standard error.
     pub err: String,
+}
+
+impl From<Output> for Ran {
+    /// A process that was killed has code -1.
+    fn from(Output { status, stdout, stderr }: Output) -> Self {
+        let [out, err] = [stdout, stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+        Self { code: status.code().unwrap_or(-1), out, err }
+    }
 }
 
 impl Ran {
@@ -240,13 +250,7 @@ impl Bench {
     /// If the program cannot be started.
     pub fn pliant_with(&self, args: &[&str], environment: &[(&str, &str)]) -> Ran {
         let mut command = self.command(args);
-        let Output { status, stdout, stderr } =
-            command.envs(environment.iter().copied()).output().expect("the program starts");
-        Ran {
-            code: status.code().unwrap_or(-1),
-            out: String::from_utf8_lossy(&stdout).into_owned(),
-            err: String::from_utf8_lossy(&stderr).into_owned(),
-        }
+        Ran::from(command.envs(environment.iter().copied()).output().expect("the program starts"))
     }
 
     /// `pliant` with these arguments, to be run in it: with its own plugins only.

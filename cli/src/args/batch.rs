@@ -127,7 +127,7 @@ pub struct ScriptArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub shards: u64,
     /// Number of edits at a time in each shard
-    #[arg(long, value_name = "J", default_value_t = 1)]
+    #[arg(long, value_name = "J", default_value_t = 1, value_parser = thread_count)]
     pub jobs: usize,
     /// Folder of the results, which all machines share [default: out/SWEEP]
     #[arg(long, value_name = "DIR")]

@@ -1,6 +1,6 @@
 //! Arguments of `pliant report`.
 
-use super::values::{duration, setting};
+use super::values::{duration, setting, thread_count};
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -75,7 +75,7 @@ pub struct ReportOptionArgs {
     #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = duration)]
     pub call_limit: f64,
     /// Number of threads of a run; 0 uses all processors
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = thread_count)]
     pub threads: usize,
     /// Seed of the order in which timed runs are interleaved
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -2,6 +2,7 @@
 
 use pliant_engine::memory::{MemoryBudget, parse_bytes};
 use pliant_engine::scene::parse_quantity;
+use pliant_engine::session::MAX_THREADS;
 
 /// A time above zero, s.
 pub(super) fn duration(text: &str) -> Result<f64, String> {
@@ -18,9 +19,6 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
 pub(super) fn memory(text: &str) -> Result<MemoryBudget, String> {
     parse_bytes(text).map(MemoryBudget::new)
 }
-
-/// Largest number of threads: more than any machine of today has processors, and fewer than a process may start.
-const MAX_THREADS: usize = 1024;
 
 /// A number of threads; 0 stands for all processors.
 pub(super) fn thread_count(text: &str) -> Result<usize, String> {

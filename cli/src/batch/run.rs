@@ -180,6 +180,14 @@ fn note_end(end: &BatchEnd, title: &str, shard: Shard, folder: &Path, whole: boo
         format_seconds(end.elapsed),
         end.jobs
     ));
+    if end.refused > 0 {
+        note(&format!(
+            "warning: the system gave threads for {} at a time instead of {}; ask for fewer with `--jobs`, or raise the limit of processes (`ulimit \
+             -u`, `pids.max` of a container)",
+            count(end.jobs as u64, "edit"),
+            end.jobs + end.refused
+        ));
+    }
     if end.outdated > 0 {
         note(&format!(
             "{} no longer counted: a scene, a file of it, or the program has changed",

@@ -229,8 +229,8 @@ fn in_parallel<T: Send, R: Send>(jobs: usize, items: Vec<T>, work: impl Fn(T) ->
         }
     };
     std::thread::scope(|scope| {
-        // The calling thread is one of the workers.
-        (1..jobs.min(count)).for_each(|_| _ = scope.spawn(worker));
+        // The calling thread is one of the workers, and the only one if the system gives no other.
+        (1..jobs.min(count)).for_each(|_| _ = std::thread::Builder::new().spawn_scoped(scope, worker));
         worker();
     });
     let results = results.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());

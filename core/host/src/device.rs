@@ -248,19 +248,24 @@ fn register_open(instance: &Arc<Instance>, stop: unsafe extern "C" fn(*const abi
 /// Sets all forces of every open device to zero. Waits for the devices for at most `limit`.
 pub(crate) fn stop_devices(limit: Duration) {
     let open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
-    let handles: Vec<StopHandle> = open.iter().filter_map(OpenDevice::handle).collect();
+    let handles: Vec<Arc<StopHandle>> = open.iter().filter_map(OpenDevice::handle).map(Arc::new).collect();
     drop(open);
     let (sender, stopped) = channel();
-    let started = handles.into_iter().map(|device| {
-        let sender = sender.clone();
-        std::thread::Builder::new().spawn(move || {
+    let started = handles.into_iter().filter(|handle| {
+        let (device, sender) = (Arc::clone(handle), sender.clone());
+        let on_thread = std::thread::Builder::new().spawn(move || {
             device.stop();
             let _ = sender.send(());
             // Dropping it could close the device, which may take long.
             std::mem::forget(device);
-        })
+        });
+        if on_thread.is_err() {
+            // Without a thread a device that hangs delays the others.
+            handle.stop();
+        }
+        on_thread.is_ok()
     });
-    let started = started.filter(Result::is_ok).count();
+    let started = started.count();
     let end = Instant::now() + limit;
     for _ in 0..started {
         if stopped.recv_timeout(end.saturating_duration_since(Instant::now())).is_err() {

@@ -4,10 +4,11 @@ use crate::deadline::Deadlines;
 use crate::histogram::Histogram;
 use crate::realtime::{RealtimeStatus, ThreadUsage, release, request, thread_usage};
 use crate::servo::Servo;
+use crate::thread;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::thread::{Builder, JoinHandle, sleep};
+use std::thread::{JoinHandle, sleep};
 use std::time::{Duration, Instant};
 
 /// Clock of a live session, in ns since its start, shared by all threads.
@@ -79,7 +80,7 @@ pub(crate) fn start(
     clock: Clock,
     signals: Arc<ThreadSignals>,
 ) -> std::io::Result<JoinHandle<HapticResult>> {
-    Builder::new().name("haptic".into()).spawn(move || run(servo, clock, &signals))
+    thread::start("haptic", move || run(servo, clock, &signals))
 }
 
 /// Runs ticks until it must stop or a tick panics, then stops the devices.

@@ -41,6 +41,7 @@ mod servo;
 mod session;
 mod snapshots;
 mod summary;
+mod thread;
 mod view;
 mod watchdog;
 

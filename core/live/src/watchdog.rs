@@ -2,9 +2,10 @@
 
 use crate::device::StopDevice;
 use crate::haptic_thread::ThreadSignals;
+use crate::thread;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread::{Builder, JoinHandle, sleep};
+use std::thread::{JoinHandle, sleep};
 use std::time::{Duration, Instant};
 
 /// Longest time without a tick before the devices are stopped.
@@ -39,7 +40,7 @@ impl Watchdog {
                 sleep(POLL_PERIOD);
             }
         };
-        Ok(Self { thread: Some(Builder::new().name("watchdog".into()).spawn(watch)?), signals, trips })
+        Ok(Self { thread: Some(thread::start("watchdog", watch)?), signals, trips })
     }
 
     /// Ends the thread. Returns the number of times it stopped the devices.

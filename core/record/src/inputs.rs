@@ -22,15 +22,17 @@ pub struct InputHash {
     pub blake3: Option<String>,
 }
 
-/// Digests of the inputs of a run, computed on a thread of their own.
-pub(crate) struct InputHashes(JoinHandle<Vec<InputHash>>);
+/// Digests of the inputs of a run.
+pub(crate) enum InputHashes {
+    /// Computed on a thread of their own.
+    OnThread(JoinHandle<Vec<InputHash>>),
+    /// Computed at the end of the run, because the system gave no thread.
+    AtEnd(Arc<dyn Fn() -> Vec<InputHash> + Send + Sync>),
+}
 
 impl InputHashes {
-    /// Starts the thread for the inputs of `session`.
-    ///
-    /// # Errors
-    /// Fails if the system cannot start a thread.
-    pub(crate) fn begin(source: &Source, session: &Session) -> io::Result<Self> {
+    /// Begins to compute the digests of the inputs of `session`.
+    pub(crate) fn begin(source: &Source, session: &Session) -> Self {
         let (scene, text) = (shown(&source.path), source.text.clone());
         let models: Vec<Arc<Model>> = models(session).map(Arc::clone).collect();
         let mut plugins: Vec<String> = session.loaded.iter().map(|l| l.path.clone()).collect();
@@ -43,7 +45,7 @@ impl InputHashes {
             let of_bytes = |role, name, bytes: &[u8]| InputHash { role, name, blake3: Some(hash_bytes(bytes)) };
             let mut all: Vec<InputHash> =
                 std::env::current_exe().iter().map(|program| of_file("program", program)).collect();
-            all.push(of_bytes("scene", scene, text.as_bytes()));
+            all.push(of_bytes("scene", scene.clone(), text.as_bytes()));
             all.extend(models.iter().map(|m| of_bytes("model", shown(m.document.name()), m.document.bytes())));
             all.extend(obstacles.iter().map(|path| of_file("obstacle", path)));
             all.extend(fields.iter().map(|path| of_file("field", path)));
@@ -51,12 +53,20 @@ impl InputHashes {
             all.extend(plugins.iter().map(|path| of_file("plugin", Path::new(path))));
             all
         };
-        Ok(Self(std::thread::Builder::new().name("input hashes".into()).spawn(work)?))
+        let work = Arc::new(work);
+        let on_thread = Arc::clone(&work);
+        match std::thread::Builder::new().name("input hashes".into()).spawn(move || on_thread()) {
+            Ok(thread) => Self::OnThread(thread),
+            Err(_) => Self::AtEnd(work),
+        }
     }
 
     /// Waits for the digests.
     pub(crate) fn finish(self) -> Vec<InputHash> {
-        self.0.join().unwrap_or_default()
+        match self {
+            Self::OnThread(thread) => thread.join().unwrap_or_default(),
+            Self::AtEnd(work) => work(),
+        }
     }
 }
 

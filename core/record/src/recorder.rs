@@ -59,7 +59,7 @@ impl Recorder {
             parts_asked_at: is_asked.then(|| source.error(parts.span(), "").place()),
             trace: None,
             statistics,
-            hashes: InputHashes::begin(source, session).ok(),
+            hashes: Some(InputHashes::begin(source, session)),
             next_frame: 0,
             live: None,
         };

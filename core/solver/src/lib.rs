@@ -50,4 +50,4 @@ pub use solver::{Momentum, Pcg, Preconditioner};
 pub use springs::NodeSprings;
 pub use system::{System, SystemState};
 pub use system_scales::{HessianApproximation, SystemScales};
-pub use threads::{Pool, Splittable};
+pub use threads::{MAX_THREADS, Pool, Splittable};

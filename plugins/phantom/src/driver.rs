@@ -85,7 +85,7 @@ impl Driver {
         servo.api.clear_errors();
         let is_ending = Arc::default();
         let reopener = spawn_reopener(Arc::clone(&servo), names, settings, Arc::clone(&is_ending));
-        Ok(Self { servo, info, callback, reopener: Some(reopener), is_ending, _claim: claim })
+        Ok(Self { servo, info, callback, reopener, is_ending, _claim: claim })
     }
 
     /// What the servo loop and the host share.
@@ -142,14 +142,14 @@ fn start_servo(servo: &Arc<Servo>, rate: f64) -> Result<c_ulong, String> {
     Ok(callback)
 }
 
-/// Starts the thread that opens lost arms again: opening takes too long for the servo loop.
+/// Starts the thread that opens lost arms again: opening takes too long for the servo loop. If the system gives no thread, lost arms stay lost.
 fn spawn_reopener(
     servo: Arc<Servo>,
     names: Vec<CString>,
     settings: Settings,
     is_ending: Arc<(Mutex<bool>, Condvar)>,
-) -> JoinHandle<()> {
-    std::thread::spawn(move || {
+) -> Option<JoinHandle<()>> {
+    let reopen = move || {
         let (lock, wake) = &*is_ending;
         let mut ends = lock.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
@@ -161,7 +161,8 @@ fn spawn_reopener(
                 reopen_lost_arms(&servo, &names, &settings);
             }
         }
-    })
+    };
+    std::thread::Builder::new().spawn(reopen).ok()
 }
 
 fn is_lost(arm: &Arm) -> bool {

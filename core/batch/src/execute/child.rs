@@ -126,12 +126,19 @@ impl ChildRunner {
             return Err(BatchError::Input("a child process for isolated edits has no pipes".into()));
         };
         let (sender, lines) = channel();
-        std::thread::spawn(move || {
+        let read_lines = move || {
             let lines = BufReader::new(output).lines().map_while(Result::ok);
             // Sending fails once the receiver has abandoned the child.
             lines.map(|line| sender.send(line)).take_while(Result::is_ok).for_each(drop);
-        });
-        let stderr = std::thread::spawn(move || read_end(error));
+        };
+        let threads = || {
+            std::thread::Builder::new().spawn(read_lines)?;
+            std::thread::Builder::new().spawn(move || read_end(error))
+        };
+        let stderr = threads().map_err(|e| {
+            let _ = child.kill().and_then(|()| child.wait());
+            BatchError::Input(format!("a thread that reads from a child process cannot be started: {e}"))
+        })?;
         Ok(RunningChild { child, input, lines, stderr })
     }
 }

@@ -107,4 +107,6 @@ pub struct BatchEnd {
     pub edit_seconds: f64,
     /// Number of parallel edits.
     pub jobs: usize,
+    /// Number of further workers for which the system gave no thread.
+    pub refused: usize,
 }

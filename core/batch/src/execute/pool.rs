@@ -175,10 +175,15 @@ impl Pool {
     /// Runs all edits.
     pub(super) fn run(mut self, progress: &mut dyn FnMut(Progress)) -> Result<BatchEnd, BatchError> {
         let jobs = self.shared.options.jobs();
-        let workers = jobs.min(self.shared.lock().queue.len());
-        for _ in 0..workers {
-            self.start_worker()?;
+        let wanted = jobs.min(self.shared.lock().queue.len());
+        for _ in 0..wanted {
+            match self.start_worker() {
+                // With fewer workers it takes longer.
+                Err(_) if !self.workers.is_empty() => break,
+                started => started?,
+            }
         }
+        let refused = wanted - self.workers.len();
         let mut stopping: Option<Instant> = None;
         loop {
             self.join_ended();
@@ -200,11 +205,11 @@ impl Pool {
                 break;
             }
         }
-        self.finish(jobs, progress)
+        self.finish(if refused > 0 { wanted - refused } else { jobs }, refused, progress)
     }
 
     /// Closes the files and returns the result.
-    fn finish(self, jobs: usize, progress: &mut dyn FnMut(Progress)) -> Result<BatchEnd, BatchError> {
+    fn finish(self, jobs: usize, refused: usize, progress: &mut dyn FnMut(Progress)) -> Result<BatchEnd, BatchError> {
         let last = self.progress();
         progress(last);
         let mut state = self.shared.lock();
@@ -226,6 +231,7 @@ impl Pool {
             step_seconds: state.step_seconds,
             edit_seconds: state.edit_seconds,
             jobs,
+            refused,
         })
     }
 

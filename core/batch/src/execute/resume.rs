@@ -81,16 +81,17 @@ pub(super) fn missing(
 /// Keys of the edits with these indices, computed by `jobs` threads.
 fn keys_of(sweep: &Sweep, keys: &KeyMaker, indices: &[u64], jobs: usize) -> BTreeMap<u64, EditKey> {
     let (next, found) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
-    std::thread::scope(|scope| {
-        for _ in 0..jobs {
-            scope.spawn(|| {
-                let mut own = Vec::new();
-                while let Some(&index) = indices.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    own.push((index, Resolved::new(sweep, index, keys).key));
-                }
-                found.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).extend(own);
-            });
+    let worker = || {
+        let mut own = Vec::new();
+        while let Some(&index) = indices.get(next.fetch_add(1, Ordering::Relaxed)) {
+            own.push((index, Resolved::new(sweep, index, keys).key));
         }
+        found.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).extend(own);
+    };
+    std::thread::scope(|scope| {
+        // The calling thread is one of the workers, and the only one if the system gives no other.
+        (1..jobs).for_each(|_| _ = std::thread::Builder::new().spawn_scoped(scope, worker));
+        worker();
     });
     found.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

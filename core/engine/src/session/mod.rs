@@ -64,7 +64,7 @@ use obstacles::Obstacles;
 use pliant_host::{Device, DeviceInfo, Pose};
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::Ball;
-pub use pliant_solver::CancelToken;
+pub use pliant_solver::{CancelToken, MAX_THREADS};
 use pliant_solver::{Integrator, NodeSprings, Pool};
 use serde::Serialize;
 use sleep::Sleep;

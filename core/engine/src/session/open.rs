@@ -185,7 +185,7 @@ impl Session {
             left_out: plan.left_out.clone(),
             events: opening.events,
             energy: plan.energy,
-            warnings: Warnings::new(plan.edits.len()),
+            warnings: Warnings::new(source.error(0..0, "").place(), plan.edits.len()),
             plan,
             clock: Clock { dt, steps: 0 },
             workers: Workers::new(threads, count),

@@ -25,6 +25,8 @@ pub enum WarningCode {
     CutsNothing,
     /// The scene gives no size of a model, and one metre per file unit does not fit the tool.
     DoubtfulUnits,
+    /// The system gave no threads besides the first.
+    FewerThreads,
     /// A `fixed` selects no node.
     FixesNothing,
     /// No body met an obstacle.
@@ -51,6 +53,7 @@ impl WarningCode {
             Self::ChangesNothing => "changes-nothing",
             Self::CutsNothing => "cuts-nothing",
             Self::DoubtfulUnits => "doubtful-units",
+            Self::FewerThreads => "fewer-threads",
             Self::FixesNothing => "fixes-nothing",
             Self::MeetsNothing => "meets-nothing",
             Self::NoForce => "no-force",
@@ -106,15 +109,22 @@ const MIN_VISIBLE: f64 = 0.05;
 pub(super) struct Warnings {
     /// Those of opening the scene.
     pub(super) opening: Vec<Warning>,
+    /// Name of the scene's file, for warnings that belong to no line of it.
+    pub(super) scene_file: String,
     /// Statistics of each edit of the plan.
     pub(super) tallies: Vec<EditTally>,
     pub(super) overlaps: OverlapDetection,
 }
 
 impl Warnings {
-    /// None yet, for this number of edits.
-    pub(super) fn new(edits: usize) -> Self {
-        Self { opening: Vec::new(), tallies: vec![EditTally::default(); edits], overlaps: OverlapDetection::default() }
+    /// None yet, for this number of edits of a scene in this file.
+    pub(super) fn new(scene_file: String, edits: usize) -> Self {
+        Self {
+            opening: Vec::new(),
+            scene_file,
+            tallies: vec![EditTally::default(); edits],
+            overlaps: OverlapDetection::default(),
+        }
     }
 }
 
@@ -124,6 +134,7 @@ impl Session {
         let mut all = self.warnings.opening.clone();
         all.extend(self.warnings.overlaps.warnings.iter().cloned());
         all.extend(self.unmet_obstacles());
+        all.extend(self.warn_threads());
         for (index, (edit, tally)) in self.plan.edits.iter().zip(&self.warnings.tallies).enumerate() {
             let Some((code, message)) = self.warn_edit(index, *tally) else { continue };
             if !all.iter().any(|known| known.code == code && known.place == edit.place) {
@@ -131,6 +142,19 @@ impl Session {
             }
         }
         all
+    }
+
+    /// A warning if the session runs on one thread because the system refused to create others.
+    fn warn_threads(&self) -> Option<Warning> {
+        let asked = self.workers.asked;
+        self.workers.all.is_refused().then(|| Warning {
+            code: WarningCode::FewerThreads,
+            place: self.warnings.scene_file.clone(),
+            message: format!(
+                "the system gave no more threads, so the session runs on 1 instead of {asked} and takes longer; results are the same; \
+                 ask for fewer with `--threads`, or raise the limit of processes (`ulimit -u`, `pids.max` of a container)"
+            ),
+        })
     }
 
     /// The warning that follows from the statistics of an edit.

@@ -13,6 +13,8 @@ const MIN_ALL_THREADS: usize = 5000;
 pub(super) struct Workers {
     /// The pool of all threads of the session.
     pub(super) all: Pool,
+    /// Number of threads that was asked for.
+    pub(super) asked: usize,
     alone: Pool,
     /// Choice for each body.
     choices: Vec<ThreadChoice>,
@@ -21,7 +23,12 @@ pub(super) struct Workers {
 impl Workers {
     /// Pools of `threads` threads and of one, for `bodies` bodies.
     pub(super) fn new(threads: usize, bodies: usize) -> Self {
-        Self { all: Pool::new(threads), alone: Pool::new(1), choices: vec![ThreadChoice::default(); bodies] }
+        Self {
+            all: Pool::new(threads),
+            asked: threads,
+            alone: Pool::new(1),
+            choices: vec![ThreadChoice::default(); bodies],
+        }
     }
 
     /// Runs the step of body number `index` with this number of elements on the threads that suit it.

@@ -19,6 +19,8 @@ pub struct Pool {
     alone: AtomicBool,
 }
 
+/// Largest number of threads of a pool: more than any machine of today has processors, and fewer than a process may start.
+pub const MAX_THREADS: usize = 1024;
 /// Smallest number of nodes in a chunk of a vector for a thread.
 pub const NODES: usize = 1024;
 /// Number of items in a block of a sum; constant, so that the order of additions is too.
@@ -29,9 +31,9 @@ const PARALLEL_BLOCKS: usize = 8;
 const SPINS_BEFORE_YIELD: u32 = 1024;
 
 impl Pool {
-    /// A pool of `threads` threads including the calling thread; 0 counts as 1.
+    /// A pool of `threads` threads including the calling thread, at least 1 and at most [`MAX_THREADS`].
     pub fn new(threads: usize) -> Self {
-        let threads = threads.max(1);
+        let threads = threads.clamp(1, MAX_THREADS);
         let halvings = threads.next_power_of_two().ilog2();
         Self { threads, halvings, apart: OnceLock::new(), alone: AtomicBool::new(false) }
     }
@@ -39,6 +41,11 @@ impl Pool {
     /// Number of threads: one if the system refused to create more, which is known after the first use.
     pub fn threads(&self) -> usize {
         if self.alone.load(Ordering::Relaxed) { 1 } else { self.threads }
+    }
+
+    /// Whether the system refused to create the threads, so that everything runs on the calling thread; known after the first use.
+    pub fn is_refused(&self) -> bool {
+        self.alone.load(Ordering::Relaxed)
     }
 
     /// Depth of the binary splits that give each thread one part of a loop.
@@ -66,10 +73,14 @@ impl Pool {
         }
     }
 
-    /// Runs both closures, in parallel if there is more than one thread.
+    /// Runs both closures, in parallel if there is more than one thread. Called outside of any pool, it does so within [`install`](Self::install):
+    /// `rayon` would start a pool of its own, of as many threads as there are processors.
     pub fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
         if self.threads == 1 || self.alone.load(Ordering::Relaxed) {
             return (a(), b());
+        }
+        if rayon::current_thread_index().is_none() {
+            return self.install(|| self.join(a, b));
         }
         let other = Taken::default();
         rayon::join(
@@ -231,6 +242,7 @@ impl<A: Splittable, B: Splittable> Splittable for (A, B) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::AtomicUsize;
 
     #[test]
     fn a_panic_in_one_part_ends_the_loop() {
@@ -258,13 +270,38 @@ mod tests {
     }
 
     #[test]
+    fn absurd_numbers_of_threads_are_clamped() {
+        assert_eq!([0, 1, usize::MAX].map(|threads| Pool::new(threads).threads()), [1, 1, MAX_THREADS]);
+        assert_eq!(Pool::new(usize::MAX).halvings(), 10);
+    }
+
+    #[test]
     fn without_system_threads_the_calling_thread_works() {
         let pool = Pool::new(3);
         assert_eq!(pool.threads(), 3);
         pool.apart.set(None).ok();
         // A member of another pool is not a member of this one.
         Pool::new(2).install(|| assert_eq!(pool.install(|| pool.join(|| 1, || 2)), (1, 2)));
-        assert_eq!(pool.threads(), 1);
+        assert!(pool.threads() == 1 && pool.is_refused());
+    }
+
+    #[test]
+    fn loops_outside_of_a_pool_run_on_its_threads() {
+        let run = || {
+            let pool = Pool::new(3);
+            let inside = || rayon::current_thread_index().map(|_| rayon::current_num_threads());
+            assert_eq!(pool.join(inside, inside), (Some(3), Some(3)));
+            let (sum, seen) = (AtomicUsize::new(0), std::sync::Mutex::new(Vec::new()));
+            pool.par_chunks(0..4000, 100, &|_, part: Range<usize>| {
+                sum.fetch_add(part.len(), Ordering::Relaxed);
+                seen.lock().unwrap().push(inside());
+            });
+            assert_eq!(sum.into_inner(), 4000);
+            let seen = seen.into_inner().unwrap();
+            assert!(seen.len() > 1 && seen.iter().all(|threads| *threads == Some(3)), "{seen:?}");
+        };
+        // On a thread that belongs to no pool yet.
+        std::thread::spawn(run).join().unwrap();
     }
 
     #[test]

@@ -127,7 +127,8 @@ pub(super) fn threads_are_bit_identical(c: &Candidate) -> Result<Verdict, String
         all
     };
     std::thread::scope(|scope| {
-        let thread = scope.spawn(|| again(&other, 1));
+        let thread = std::thread::Builder::new().spawn_scoped(scope, || again(&other, 1));
+        let thread = thread.map_err(|e| format!("a second thread cannot be started: {e}"))?;
         let here = again(&body, 0);
         let there = thread.join().map_err(|_| "a thread panicked".to_owned())?;
         here.and(there)
