@@ -34,7 +34,7 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     let each = recording.steps.iter().flat_map(|step| (0..step.count).map(move |repeat| (step, repeat)));
     for ((step, repeat), number) in each.zip(1..) {
         if repeat == 0 {
-            step.commands.iter().for_each(|command| _ = session.apply(*command));
+            step.commands.iter().for_each(|command| _ = session.apply(command.clone()));
         }
         session.step_with(&step.poses);
         stopped = stop.is_set();

@@ -96,8 +96,8 @@ fn commands_of_the_recording_come_with_its_hands() {
             writer.step(&session, session.frame().tools.iter().map(|tool| tool.device_force)).unwrap();
             digests.push(state_digest(&session));
         }
+        writer.command(&command).unwrap();
         session.apply(command);
-        writer.command(command).unwrap();
     }
     session.step_with(&[[Pose::default()]]);
     writer.step(&session, session.frame().tools.iter().map(|tool| tool.device_force)).unwrap();

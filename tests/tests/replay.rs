@@ -102,10 +102,10 @@ fn files_that_are_cut_off_or_changed_are_refused_with_what_is_wrong() {
         assert!(refused(&bytes).is_some(), "byte {at} of {}", whole.len());
     }
     let mut newer = whole.clone();
-    newer[8] = 4;
+    newer[8] = 5;
     for (bytes, says) in [
         (b"solid cube".to_vec(), "does not begin with PLIANTRC"),
-        (newer, "version 4; allowed are 1 to 3"),
+        (newer, "version 5; allowed are 1 to 4"),
         ([&whole[..], b"more"].concat(), "4 bytes too many"),
     ] {
         let path = bench.write("bad.rec", bytes);
@@ -136,7 +136,7 @@ fn a_model_that_has_changed_is_named() {
 #[test]
 fn commands_and_idle_steps_come_back() {
     let (mut random, bench) = (Random(9), Bench::new());
-    let path = bench.write("scene.toml", box_scene("", "", ""));
+    let path = bench.write("scene.toml", box_scene("", "", "release = \"keep\"\nbutton = 0"));
     for round in 0..3 {
         let (scene, source) = scene::load(&path, &[]).unwrap();
         let plan = Plan::new(&scene, &source).unwrap();
@@ -173,16 +173,21 @@ fn commands_and_idle_steps_come_back() {
                 steps(&mut session, &mut writer, 1, present(0.03 - 2e-4 * f64::from(at), 1));
             }
             steps(&mut session, &mut writer, 30 + 40 * round, Pose::default());
-            let command = match random.below(3) {
-                0 => SessionCommand::Undo,
-                1 => SessionCommand::Redo,
+            let command = match random.below(9) {
+                0 | 1 => SessionCommand::Undo,
+                2 => SessionCommand::Redo,
+                3 => SessionCommand::AddLayer { name: format!("layer \u{3b2} {round}") },
+                4 => SessionCommand::SetLayerStrength { layer: 0, strength: random.unit().abs() },
+                5 => SessionCommand::RecordLayer { layer: Some(0).filter(|_| random.below(2) == 0) },
+                6 => SessionCommand::DeleteLayer { layer: 0 },
+                7 => SessionCommand::RenameLayer { layer: 0, name: String::new() },
                 _ => SessionCommand::ResizeTools {
                     radius: 3e-3 + 6e-3 * random.unit(),
                     coupling: 50.0 + 250.0 * random.unit(),
                 },
             };
-            session.apply(command);
-            writer.command(command).unwrap();
+            writer.command(&command).unwrap();
+            session.apply(command.clone());
             given.push(command);
         }
         steps(&mut session, &mut writer, 5, Pose::default());
@@ -198,7 +203,7 @@ fn commands_and_idle_steps_come_back() {
         let recording = Recording::read(&file).unwrap();
         assert_eq!(recording.step_count(), digests.len() as u64);
         let commands = recording.steps.iter().flat_map(|step| &step.commands);
-        assert_eq!(commands.copied().collect::<Vec<_>>(), given);
+        assert_eq!(commands.cloned().collect::<Vec<_>>(), given);
         let recorded = recording.steps.iter().flat_map(|step| (0..step.count).map(|_| step.digest));
         assert!(recorded.eq(digests));
         bench.pliant(&["replay", "window.rec", "--verify", "-q"]).expect(0);

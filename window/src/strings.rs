@@ -26,6 +26,66 @@ pub const REDO: &str = "Redo";
 pub const HISTORY: &str = "History";
 /// The first entry of the list of strokes.
 pub const AS_OPENED: &str = "as opened";
+/// Heading of the sculpt layers.
+pub const LAYERS: &str = "Layers";
+/// Adds a layer.
+pub const NEW_LAYER: &str = "New layer";
+/// See [`NEW_LAYER`].
+pub const NEW_LAYER_HINT: &str = "Strokes go into it from now on, if their shape is kept.";
+/// What is below all layers.
+pub const BASE: &str = "base";
+/// See [`BASE`].
+pub const BASE_HINT: &str = "Strokes go below all layers.";
+/// Makes a layer a part of the base.
+pub const MERGE: &str = "Merge";
+/// See [`MERGE`].
+pub const MERGE_HINT: &str = "The layer becomes a part of the base, as strong as it is now.";
+/// Takes a layer away.
+pub const DELETE: &str = "Delete";
+/// See [`DELETE`].
+pub const DELETE_HINT: &str = "Takes the layer away, with all that its strokes have done.";
+/// Gives a layer another name.
+pub const RENAME: &str = "Rename";
+/// The box before a layer.
+pub const LAYER_VISIBLE_HINT: &str = "Hides the layer, or shows it as strong as it was.";
+/// A layer from before a cut.
+pub const LAYER_FIXED: &str = "fixed by a cut";
+/// See [`LAYER_FIXED`].
+pub const FIXED_HINT: &str =
+    "Something was cut or stitched since, and the new surface is not in the layer. Take that back, or merge the layer.";
+/// Changes of the layers in the list of strokes.
+pub const HISTORY_NEW_LAYER: &str = "new layer";
+/// See [`HISTORY_NEW_LAYER`].
+pub const HISTORY_RENAME_LAYER: &str = "rename layer";
+/// See [`HISTORY_NEW_LAYER`].
+pub const HISTORY_RECORD_LAYER: &str = "choose layer";
+/// See [`HISTORY_NEW_LAYER`].
+pub const HISTORY_LAYER_STRENGTH: &str = "layer strength";
+/// See [`HISTORY_NEW_LAYER`].
+pub const HISTORY_MERGE_LAYER: &str = "merge layer";
+/// See [`HISTORY_NEW_LAYER`].
+pub const HISTORY_DELETE_LAYER: &str = "delete layer";
+
+/// Name of a new layer.
+pub fn layer_name(number: usize) -> String {
+    format!("layer {number}")
+}
+
+/// Name of the box that shows a layer.
+pub fn layer_visible(name: &str) -> String {
+    format!("show {name}")
+}
+
+/// Name of the slider of a layer.
+pub fn layer_strength(name: &str) -> String {
+    format!("strength of {name}")
+}
+
+/// What a layer does, and what a click on its name does.
+pub fn layer_hint(vertices: usize) -> String {
+    format!("moves {vertices} vertices; a click: strokes go into it, at full strength")
+}
+
 /// Heading of the tools.
 pub const TOOLS: &str = "Tools";
 /// Sliders of the tool.

@@ -76,6 +76,55 @@ fn pause(harness: &mut Harness<'_, App>) {
 /// The middle of the picture, between the panels.
 const MIDDLE: Pos2 = pos2(570.0, 400.0);
 
+/// Saves, and gives the bytes of the file.
+fn saved(harness: &mut Harness<'_, App>, path: &Path) -> Vec<u8> {
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    wait(harness, "saving", |app| !app.is_unsaved());
+    std::fs::read(path).unwrap()
+}
+
+#[test]
+fn a_layer_takes_strokes_is_hidden_renamed_and_deleted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = ball(folder.path());
+    let original = std::fs::read(&path).unwrap();
+    let mut harness = window(&path);
+    wait(&mut harness, "the model", App::is_open);
+    harness.get_by_label("New layer").click();
+    wait(&mut harness, "a layer", |app| app.status().layers.first().is_some_and(|layer| layer.records));
+    stroke(&mut harness, MIDDLE);
+    wait(&mut harness, "a stroke", |app| app.status().done == 2);
+    assert_ne!(saved(&mut harness, &path), original, "the stroke is in the model");
+    harness.get_by_label("show layer 1").click();
+    wait(&mut harness, "a hidden layer", |app| app.status().layers[0].strength == 0.0 && app.status().done == 3);
+    assert!(!harness.state().status().layers[0].records && harness.state().status().layers[0].vertices > 0);
+    assert_eq!(saved(&mut harness, &path), original, "a hidden layer is not in the model, to the byte");
+    harness.get_by_label("show layer 1").click();
+    wait(&mut harness, "a shown layer", |app| app.status().layers[0].strength == 1.0);
+    assert!(harness.state().is_unsaved(), "the shape is another one");
+    assert_ne!(saved(&mut harness, &path), original);
+    assert_eq!(harness.state().status().done, 3, "strengths right after each other are one stroke");
+    harness.get_by_label("layer 1").click();
+    wait(&mut harness, "the layer records", |app| app.status().layers[0].records);
+    harness.get_by_label("base").click();
+    wait(&mut harness, "the base records", |app| !app.status().layers[0].records);
+    harness.get_by_label("Rename").click();
+    harness.run_steps(3);
+    harness.event(egui::Event::Text(" of wrinkles".into()));
+    harness.step();
+    harness.key_press(Key::Enter);
+    wait(&mut harness, "a name", |app| &*app.status().layers[0].name == "layer 1 of wrinkles");
+    harness.get_by_label("Delete").click();
+    wait(&mut harness, "no layer", |app| app.status().layers.is_empty());
+    assert_eq!(saved(&mut harness, &path), original);
+    let done = harness.state().status().done;
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    wait(&mut harness, "undo", |app| app.status().done == done - 1 && app.status().layers.len() == 1);
+    harness.get_by_label("Merge").click();
+    wait(&mut harness, "no layer", |app| app.status().layers.is_empty());
+    assert_ne!(saved(&mut harness, &path), original, "the stroke is a part of the base");
+}
+
 #[test]
 fn a_model_is_opened_pressed_undone_redone_saved_and_opened_again() {
     let folder = tempfile::tempdir().unwrap();
@@ -147,7 +196,7 @@ fn a_saved_session_gives_the_same_states_again() {
     assert!(recording.steps.iter().flat_map(|step| &step.commands).any(|c| *c == SessionCommand::Undo));
     for step in &recording.steps {
         for repeat in 0..step.count {
-            step.commands.iter().filter(|_| repeat == 0).for_each(|command| _ = session.apply(*command));
+            step.commands.iter().filter(|_| repeat == 0).for_each(|command| _ = session.apply(command.clone()));
             session.step_with(&step.poses);
             session.report_device_forces(&step.device_forces);
             assert_eq!(state_digest(&session), step.digest, "at {} s", session.time());

@@ -4,6 +4,7 @@ mod files;
 mod gauges;
 mod icons;
 mod key_pointer;
+mod layers;
 mod log;
 mod measure;
 mod model;
@@ -25,6 +26,7 @@ use eframe::egui;
 use files::{FileDialog, Question};
 use gauges::{ForcePlot, FrameTimes};
 use key_pointer::KeyPointer;
+use layers::LayerPanel;
 use measure::ScriptedStrokes;
 use model::Model;
 use pliant_editor::Substance;
@@ -103,6 +105,7 @@ pub struct App {
     messages: Vec<(Instant, String)>,
     /// The pointer of those who use no mouse.
     keys: KeyPointer,
+    layers: LayerPanel,
     force: ForcePlot,
     times: FrameTimes,
     script: Option<ScriptedStrokes>,
@@ -148,6 +151,7 @@ impl App {
             error: None,
             messages: Vec::new(),
             keys: KeyPointer::default(),
+            layers: LayerPanel::default(),
             force: ForcePlot::default(),
             times: FrameTimes::default(),
             script: None,
@@ -194,6 +198,7 @@ impl App {
         // The old session ends before the new one begins: both would ask for the same processors.
         self.simulation = None;
         self.status = Status::default();
+        self.layers = LayerPanel::default();
         // The shape that is open may not be the one of the file.
         self.stiffness = 1.0;
         (self.error, self.saved_strokes) = (None, request.shape.is_none().then_some(0));

@@ -23,7 +23,7 @@ impl App {
         });
     }
 
-    /// Warnings, gauges, material and history.
+    /// Warnings, gauges, material, layers and history.
     pub(super) fn right_panel(&mut self, ui: &mut egui::Ui) {
         egui::Panel::right("model").exact_size(280.0).resizable(false).show(ui, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| {
@@ -31,6 +31,8 @@ impl App {
                 self.gauge_panel(ui);
                 ui.separator();
                 self.material_panel(ui);
+                ui.separator();
+                self.layer_panel(ui);
                 ui.separator();
                 self.history_panel(ui);
             });

@@ -5,7 +5,7 @@ use super::history::Stroke;
 use crate::opening::ModelFacts;
 use pliant_editor::surface::ViewSurface;
 use pliant_engine::body::Model;
-use pliant_engine::session::{StiffnessState, Warning};
+use pliant_engine::session::{SculptLayerState, SessionCommand, StiffnessState, Warning};
 use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::{LiveSummary, PointerHandle, ViewReader};
 use std::path::PathBuf;
@@ -37,6 +37,8 @@ pub enum Command {
         /// Factor of the stiffness they were opened with.
         factor: f64,
     },
+    /// Change the sculpt layers by one of the session's commands on them.
+    ChangeLayers(SessionCommand),
     /// Write the model to a file.
     Save {
         /// Path of the model or scene.
@@ -105,6 +107,8 @@ pub struct Status {
     pub done: usize,
     /// The stiffness over that at the opening, and where it goes.
     pub stiffness: StiffnessState,
+    /// The sculpt layers, the lowest first.
+    pub layers: Vec<SculptLayerState>,
     /// What has no effect, or not the one it looks like; of strokes, those that have ended.
     pub warnings: Vec<Warning>,
 }

@@ -43,7 +43,7 @@ impl SessionFile {
 
     /// Records a command and gives it to the session. Returns whether there was anything to do.
     pub(super) fn apply(&mut self, session: &mut Session, command: SessionCommand) -> bool {
-        self.write(|writer| writer.command(command));
+        self.write(|writer| writer.command(&command));
         session.apply(command)
     }
 

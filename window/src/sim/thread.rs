@@ -69,9 +69,21 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
     let mut autosave = Autosave::new(request);
     let mut gauges = GaugeWindow::new(session.dt());
     let (mut reported, mut told) = (f64::NEG_INFINITY, 0);
-    let mut session_path = None;
+    let mut session_path: Option<PathBuf> = None;
     let (mut in_stroke, mut warnings) = (false, session.warnings());
     while live.is_alive() {
+        let samples = live.step(&mut session);
+        // A step that was cancelled is followed by the command to end.
+        if !session.is_cancelled() {
+            session_file.step(&session, &samples.device_forces);
+            // Commands are recorded with the step after them.
+            if let Some(path) = session_path.take() {
+                notifier.send(save_session(&mut session_file, &session, &path));
+            }
+        }
+        let now = live.seconds();
+        let mut changed = false;
+        // A stroke that has begun in the step is known by its name before the history is looked at.
         for command in commands.try_iter() {
             match command {
                 Command::BeginStroke(name) => {
@@ -81,16 +93,31 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
                 }
                 Command::EndStroke => {
                     in_stroke = false;
-                    autosave.end_stroke(live.seconds());
+                    autosave.end_stroke(now);
                 }
-                Command::Undo => jump_to(&mut session, &mut session_file, log.count_before()),
-                Command::Redo => jump_to(&mut session, &mut session_file, log.count_after()),
+                Command::Undo => {
+                    changed |= log.update(session.history(), now);
+                    jump_to(&mut session, &mut session_file, log.count_before());
+                }
+                Command::Redo => {
+                    changed |= log.update(session.history(), now);
+                    jump_to(&mut session, &mut session_file, log.count_after());
+                }
                 Command::JumpTo(count) => jump_to(&mut session, &mut session_file, count),
                 Command::ResizeTool { radius, coupling } => {
                     session_file.apply(&mut session, SessionCommand::ResizeTools { radius, coupling });
                 }
                 Command::SetStiffness { factor } => {
                     session_file.apply(&mut session, SessionCommand::SetStiffness { factor });
+                }
+                Command::ChangeLayers(command) => {
+                    changed |= log.update(session.history(), now);
+                    log.begin(layer_change(&command));
+                    if session_file.apply(&mut session, command) {
+                        autosave.need(now);
+                    }
+                    // The panel follows at once, also where the history does not change.
+                    reported = f64::NEG_INFINITY;
                 }
                 Command::Save { path, for_user } => {
                     let materials = request.material_folder();
@@ -104,18 +131,8 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
                 }
             }
         }
-        let samples = live.step(&mut session);
-        if session.is_cancelled() {
-            continue; // the command to end is there
-        }
-        session_file.step(&session, &samples.device_forces);
-        // Commands are recorded with the step after them.
-        if let Some(path) = session_path.take() {
-            notifier.send(save_session(&mut session_file, &session, &path));
-        }
         gauges.step(session.frame().seconds);
-        let now = live.seconds();
-        let changed = log.update(session.history(), now);
+        changed |= log.update(session.history(), now);
         if changed {
             autosave.need(now);
         }
@@ -139,6 +156,7 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
                 strokes,
                 done: log.done(),
                 stiffness: session.stiffness(),
+                layers: session.sculpt_layers(),
                 warnings: warnings.clone(),
             });
             let news = session.events.told().iter().skip(told).filter(|(kind, _)| is_news(*kind));
@@ -155,6 +173,22 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
 /// of the gauges.
 fn is_news(kind: EventKind) -> bool {
     !matches!(kind, EventKind::SpeedLimit | EventKind::SampleDropped | EventKind::History | EventKind::Substeps)
+}
+
+/// What a change of the sculpt layers is called in the history.
+fn layer_change(command: &SessionCommand) -> &'static str {
+    match command {
+        SessionCommand::AddLayer { .. } => strings::HISTORY_NEW_LAYER,
+        SessionCommand::RenameLayer { .. } => strings::HISTORY_RENAME_LAYER,
+        SessionCommand::RecordLayer { .. } => strings::HISTORY_RECORD_LAYER,
+        SessionCommand::SetLayerStrength { .. } => strings::HISTORY_LAYER_STRENGTH,
+        SessionCommand::MergeLayer { .. } => strings::HISTORY_MERGE_LAYER,
+        SessionCommand::DeleteLayer { .. } => strings::HISTORY_DELETE_LAYER,
+        SessionCommand::Undo
+        | SessionCommand::Redo
+        | SessionCommand::ResizeTools { .. }
+        | SessionCommand::SetStiffness { .. } => "",
+    }
 }
 
 /// Takes back or makes again until `count` strokes are there.

@@ -34,15 +34,17 @@ use super::grid_pool::PooledGrid;
 use super::stiffness::StiffnessFactor;
 pub use bounds::NodeBounds;
 pub use contact_points::{ContactBuffers, ContactPoint, ContactSurface};
+use fragments::Fragments;
+pub(in crate::body) use fragments::NodeKey as LatticeNode;
 pub use fragments::{BodyInterior, CellFragment};
-use fragments::{Fragments, NodeKey};
 use paint::LatticePaint;
 use pliant_host::{HostError, Region};
 use pliant_plugin_api::abi::{self, Ball, Level};
 use pliant_solver::ForceError;
-use pliant_solver::{Constraint, Nodes, StepTime, System, Vec3};
+use pliant_solver::{Constraint, Nodes, StepTime, System};
 use point_bindings::PointBindings;
-use smooth::{Jet, SmoothEmbedding};
+pub(in crate::body) use rest_offsets::{RestOffset, RestOffsets};
+use smooth::SmoothEmbedding;
 pub use state::LatticeState;
 pub use untangle::Repair;
 
@@ -150,7 +152,7 @@ pub struct Lattice {
     returning: Vec<u32>,
     driven: Vec<DrivenNode>,
     /// Nodes whose rest positions edits have moved.
-    rest_offsets: HashMap<NodeKey, RestOffset>,
+    rest_offsets: RestOffsets,
     /// Cells that blades have cut.
     fragments: Fragments,
     /// Surface points that a cut has made or moved to another cell.
@@ -170,15 +172,6 @@ pub struct Lattice {
     is_grid_checked: bool,
     /// Steps since the region was last made.
     steps: u32,
-}
-
-/// What edits have changed of the rest shape at a node.
-#[derive(Clone, Copy, Debug)]
-struct RestOffset {
-    /// Displacement of the rest position from the grid, m.
-    displacement: Vec3,
-    /// Jet of that displacement. It is stored, as a later cut changes the fit at the node but must not move the surface at rest.
-    jet: Jet,
 }
 
 /// A node that moves along the path of a fixing.
@@ -223,7 +216,7 @@ impl Lattice {
             factors_of_cell: HashMap::new(),
             returning: Vec::new(),
             driven: Vec::new(),
-            rest_offsets: HashMap::new(),
+            rest_offsets: RestOffsets::new(),
             fragments: Fragments::new(facts.edge),
             bindings: PointBindings::default(),
             needs_rebuild: false,

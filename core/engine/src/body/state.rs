@@ -9,18 +9,18 @@ use std::sync::Arc;
 /// Saved state of a body.
 #[derive(Clone)]
 pub struct BodyState {
-    nodes: Nodes,
+    pub(super) nodes: Nodes,
     /// History variables of each element set.
     history: Vec<Vec<f64>>,
-    discretization: DiscretizationState,
-    settled: Arc<Vec<Vec3>>,
+    pub(super) discretization: DiscretizationState,
+    pub(super) settled: Arc<Vec<Vec3>>,
     /// Number of advances of blades that the mesh had taken.
     cuts: usize,
     frozen: Option<String>,
 }
 
 #[derive(Clone)]
-enum DiscretizationState {
+pub(super) enum DiscretizationState {
     Lattice(Box<LatticeState>),
     Sheet(SheetState),
 }

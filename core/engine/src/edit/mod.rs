@@ -135,6 +135,11 @@ pub trait EditKind: Sync {
         false
     }
 
+    /// Whether it changes what hangs together, as a cut does.
+    fn changes_topology(&self) -> bool {
+        self.cuts()
+    }
+
     /// Begins the edit with `tool` in a scene with `bodies` bodies.
     fn begin(&self, edit: &Edit, tool: &Tool, bodies: usize) -> Box<dyn Action>;
 }

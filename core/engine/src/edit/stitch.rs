@@ -32,6 +32,10 @@ impl EditKind for Stitch {
         true
     }
 
+    fn changes_topology(&self) -> bool {
+        true
+    }
+
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
         let shape = BrushShape { falloff: Falloff::Constant, ..BrushShape::of(edit, tool) };
         Box::new(Stitching {

@@ -96,7 +96,7 @@ impl<'a> ByteReader<'a> {
         Some((self.text()?, info))
     }
 
-    /// A command, its kind first; `None` for an unknown kind or invalid numbers.
+    /// A command, its kind first and a name last; `None` for an unknown kind or invalid numbers.
     pub(super) fn command(&mut self) -> Option<SessionCommand> {
         match self.byte()? {
             0 => Some(SessionCommand::Undo),
@@ -110,6 +110,23 @@ impl<'a> ByteReader<'a> {
                 let [factor] = self.numbers()?;
                 (factor.is_finite() && factor > 0.0).then_some(SessionCommand::SetStiffness { factor })
             }
+            4 => Some(SessionCommand::AddLayer { name: self.text()? }),
+            5 => Some(SessionCommand::RenameLayer { layer: self.u32()?, name: self.text()? }),
+            6 => {
+                let layer = match self.byte()? {
+                    0 => None,
+                    1 => Some(self.u32()?),
+                    _ => return None,
+                };
+                Some(SessionCommand::RecordLayer { layer })
+            }
+            7 => {
+                let layer = self.u32()?;
+                let [strength] = self.numbers()?;
+                (0.0..=1.0).contains(&strength).then_some(SessionCommand::SetLayerStrength { layer, strength })
+            }
+            8 => Some(SessionCommand::MergeLayer { layer: self.u32()? }),
+            9 => Some(SessionCommand::DeleteLayer { layer: self.u32()? }),
             _ => None,
         }
     }

@@ -17,9 +17,9 @@ use std::path::PathBuf;
 
 /// First bytes of a recording.
 pub const MAGIC: &[u8; 8] = b"PLIANTRC";
-/// Version of the format this program writes. It reads older ones too: version 2 has no command that sets a stiffness, version 1 neither commands nor
-/// idle steps.
-pub const VERSION: u32 = 3;
+/// Version of the format this program writes. It reads older ones too: version 3 has no commands on sculpt layers, version 2 none that sets a
+/// stiffness, version 1 neither commands nor idle steps.
+pub const VERSION: u32 = 4;
 /// Oldest version it reads.
 pub const OLDEST_VERSION: u32 = 1;
 /// Kind of the block with the header.

@@ -3,7 +3,7 @@
 use super::Session;
 
 /// A request to a session between two steps.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum SessionCommand {
     /// [`Session::undo`].
     Undo,
@@ -21,10 +21,44 @@ pub enum SessionCommand {
         /// Factor of the stiffness that the scene gives, 0.001 to 1000
         factor: f64,
     },
+    /// Adds a sculpt layer above the others. What is done from now on is recorded in it.
+    AddLayer {
+        /// Its name.
+        name: String,
+    },
+    /// Gives a sculpt layer another name.
+    RenameLayer {
+        /// Number of the layer, from 0 for the lowest.
+        layer: u32,
+        /// Its new name.
+        name: String,
+    },
+    /// Records what is done from now on in a sculpt layer, which gets its full strength, or below all layers.
+    RecordLayer {
+        /// Number of the layer; `None` for the base.
+        layer: Option<u32>,
+    },
+    /// Blends what is in a sculpt layer, at once. At less than 1 it no longer records.
+    SetLayerStrength {
+        /// Number of the layer.
+        layer: u32,
+        /// Factor of what is in it, 0 (hidden) to 1.
+        strength: f64,
+    },
+    /// Makes a sculpt layer a part of the base, at its present strength.
+    MergeLayer {
+        /// Number of the layer.
+        layer: u32,
+    },
+    /// Deletes a sculpt layer with what it does to the shape.
+    DeleteLayer {
+        /// Number of the layer.
+        layer: u32,
+    },
 }
 
 impl Session {
-    /// Does what is requested. Returns whether there was anything to do.
+    /// Does what is requested. Returns whether there was anything to do; where it was refused, an event says why.
     pub fn apply(&mut self, command: SessionCommand) -> bool {
         match command {
             SessionCommand::Undo => self.undo(),
@@ -37,6 +71,12 @@ impl Session {
                 !self.tools.is_empty()
             }
             SessionCommand::SetStiffness { factor } => self.want_stiffness(factor),
+            SessionCommand::AddLayer { name } => self.add_layer(&name),
+            SessionCommand::RenameLayer { layer, name } => self.rename_layer(layer, &name),
+            SessionCommand::RecordLayer { layer } => self.record_layer(layer),
+            SessionCommand::SetLayerStrength { layer, strength } => self.set_layer_strength(layer, strength),
+            SessionCommand::MergeLayer { layer } => self.merge_layer(layer),
+            SessionCommand::DeleteLayer { layer } => self.delete_layer(layer),
         }
     }
 }

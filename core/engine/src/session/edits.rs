@@ -22,6 +22,9 @@ impl Session {
             }
             self.end_edit(tool);
             if let Some(edit) = now {
+                if self.plan.edits[edit].kind.changes_topology() {
+                    self.layers.assign(&self.bodies);
+                }
                 self.remember(tool, edit);
             }
             let slot = &mut self.tools[tool];
@@ -49,11 +52,27 @@ impl Session {
             let changed_body = std::mem::take(&mut slot.tool.changed_body);
             self.warnings.tallies[index].has_changed |= changed_body;
             let kept = edit.release == Release::Keep && !edit.kind.changes_body();
+            if cut || changed_body && edit.kind.changes_topology() {
+                self.fix_layers(time);
+            }
             self.settle(tool, cut || changed_body || kept);
         }
         let slot = &mut self.tools[tool];
         slot.tool.release(&slot.hand);
         slot.tool.set_action(None);
+    }
+
+    /// What hangs together has changed: sculpt layers from before are fixed.
+    fn fix_layers(&mut self, time: f64) {
+        self.history.topologies += 1;
+        if let Some(name) = self.layers.fix(self.history.topologies, &self.bodies) {
+            self.events.add(EventKind::LayerFixed, time, || {
+                format!(
+                    "layer `{name}` ends at a cut or stitch, for its strength is fixed from there on; strokes go to the base until there is a \
+                     new layer"
+                )
+            });
+        }
     }
 
     /// Cuts with all active blades.

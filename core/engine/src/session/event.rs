@@ -27,6 +27,10 @@ pub enum EventKind {
     CutRefused,
     /// A material does not let the parameter vary that an edit paints.
     PaintRefused,
+    /// A change of sculpt layers was refused; shape and layers are unchanged.
+    LayerRefused,
+    /// A cut or a stitch has fixed the sculpt layers from before it.
+    LayerFixed,
     /// An edit was undone or redone.
     History,
     /// A solve did not meet its tolerance.

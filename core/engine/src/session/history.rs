@@ -2,6 +2,7 @@
 //!
 //! The size of a saved state is that of the active nodes and the cuts; the surface is shared until it changes.
 
+use super::sculpt_layers::SculptLayers;
 use super::{CutCounts, EventKind, Session};
 use crate::body::BodyState;
 use crate::plan::{Edit, Trigger};
@@ -14,20 +15,31 @@ use thiserror::Error;
 pub(super) struct History {
     pub(super) kept: bool,
     /// Tools with such an edit under way, and all bodies before it.
-    under_way: Vec<(usize, Vec<BodyState>)>,
-    done: Vec<Vec<BodyState>>,
-    undone: Vec<Vec<BodyState>>,
+    under_way: Vec<(usize, SavedState)>,
+    done: Vec<SavedState>,
+    undone: Vec<SavedState>,
+    /// The sculpt layer whose strength was the last thing to change.
+    strength_of: Option<u32>,
     /// Progress of the scene's own undos and redos.
     clock: HistoryClock,
     /// Statistics of all cuts.
     pub(super) cuts: CutCounts,
     /// Number of cuts after an undo, which discard what could have been redone.
     pub(super) cut_branches: u64,
+    /// Number of cuts and stitches, which fix sculpt layers.
+    pub(super) topologies: u64,
+}
+
+/// State of all bodies and sculpt layers at one time.
+#[derive(Clone)]
+pub(super) struct SavedState {
+    bodies: Vec<BodyState>,
+    layers: SculptLayers,
 }
 
 /// The state of all bodies of a session at one time.
 pub struct Snapshot {
-    bodies: Vec<BodyState>,
+    state: SavedState,
     steps: u64,
     clock: HistoryClock,
     cut_branches: u64,
@@ -65,6 +77,15 @@ struct HistoryClock {
 /// Largest number of edits that can be undone.
 const MAX_UNDO: usize = 100;
 
+impl History {
+    /// Appends a state that can be restored, and forgets the oldest of too many.
+    fn push(&mut self, before: SavedState) {
+        self.done.push(before);
+        let over = self.done.len().saturating_sub(MAX_UNDO);
+        self.done.drain(..over);
+    }
+}
+
 impl Session {
     /// Enables [`Session::undo`] for all following edits.
     pub fn keep_history(&mut self) {
@@ -76,17 +97,18 @@ impl Session {
         (self.history.done.len() + self.history.under_way.len(), self.history.undone.len())
     }
 
-    /// Restores the state at the beginning of the last cut, or of the last edit that changed a shape or history for good. An active edit of that kind
+    /// Restores the state before the last cut, the last edit that changed a shape or history for good, or the last change of sculpt layers. An active edit of that kind
     /// ends first and does not begin again before its button is pressed again. Returns whether there was one.
     pub fn undo(&mut self) -> bool {
         if self.history().0 == 0 {
             return false;
         }
         self.end_edits();
+        self.history.strength_of = None;
         let Some(before) = self.history.done.pop() else { return false };
         let now = self.save();
         self.history.undone.push(now);
-        self.restore_bodies(&before);
+        self.restore_state(&before);
         true
     }
 
@@ -96,17 +118,18 @@ impl Session {
             return false;
         }
         self.end_edits();
+        self.history.strength_of = None;
         let Some(after) = self.history.undone.pop() else { return false };
         let now = self.save();
         self.history.done.push(now);
-        self.restore_bodies(&after);
+        self.restore_state(&after);
         true
     }
 
     /// The present state of all bodies, with the time. Grips of tools are not part of it.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
-            bodies: self.save(),
+            state: self.save(),
             steps: self.clock.steps,
             clock: self.history.clock,
             cut_branches: self.history.cut_branches,
@@ -121,7 +144,7 @@ impl Session {
     /// # Errors
     /// A snapshot of another session, or of cuts that no longer exist.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (found, expected) = (snapshot.bodies.len(), self.bodies.len());
+        let (found, expected) = (snapshot.state.bodies.len(), self.bodies.len());
         if found != expected {
             return Err(SnapshotError::Bodies { found, expected });
         }
@@ -133,13 +156,14 @@ impl Session {
             (slot.edit, slot.taken_back, slot.advances) = (None, None, 0);
             slot.tool.set_action(None);
         }
-        self.restore_bodies(&snapshot.bodies);
+        self.restore_state(&snapshot.state);
         self.clock.steps = snapshot.steps;
         self.history = History {
             kept: self.history.kept,
             clock: snapshot.clock,
             cuts: snapshot.cuts.clone(),
             cut_branches: self.history.cut_branches,
+            topologies: self.history.topologies,
             ..History::default()
         };
         self.frame.time = self.time();
@@ -184,6 +208,7 @@ impl Session {
             let now = self.save();
             self.history.under_way.push((tool, now));
             self.history.undone.clear();
+            self.history.strength_of = None;
         }
     }
 
@@ -191,15 +216,24 @@ impl Session {
     pub(super) fn settle(&mut self, tool: usize, changed: bool) {
         let Some(place) = self.history.under_way.iter().position(|(t, _)| *t == tool) else { return };
         let (_, before) = self.history.under_way.remove(place);
-        let has_flowed = || self.bodies.iter().zip(&before).any(|(body, before)| before.has_other_history(body));
+        let has_flowed = || self.bodies.iter().zip(&before.bodies).any(|(body, before)| before.has_other_history(body));
         if changed || has_flowed() {
-            self.history.done.push(before);
-            let over = self.history.done.len().saturating_sub(MAX_UNDO);
-            self.history.done.drain(..over);
+            self.history.push(before);
         }
     }
 
-    fn end_edits(&mut self) {
+    /// Records the state before a change of the sculpt layers. Changes of the strength of the same layer, `strength_of`, right after each other are one.
+    pub(super) fn remember_layers(&mut self, before: Option<SavedState>, strength_of: Option<u32>) {
+        let Some(before) = before else { return };
+        let goes_on = strength_of.is_some() && self.history.strength_of == strength_of;
+        self.history.strength_of = strength_of;
+        if !goes_on {
+            self.history.undone.clear();
+            self.history.push(before);
+        }
+    }
+
+    pub(super) fn end_edits(&mut self) {
         for tool in 0..self.tools.len() {
             let Some(edit) = self.tools[tool].edit else { continue };
             self.end_edit(tool);
@@ -207,13 +241,14 @@ impl Session {
         }
     }
 
-    fn save(&self) -> Vec<BodyState> {
-        self.bodies.iter().map(crate::body::Body::save).collect()
+    pub(super) fn save(&self) -> SavedState {
+        SavedState { bodies: self.bodies.iter().map(crate::body::Body::save).collect(), layers: self.layers.clone() }
     }
 
-    fn restore_bodies(&mut self, states: &[BodyState]) {
+    fn restore_state(&mut self, state: &SavedState) {
         let time = self.time();
-        for (index, state) in states.iter().enumerate() {
+        self.layers = state.layers.clone();
+        for (index, state) in state.bodies.iter().enumerate() {
             match self.bodies[index].restore(state) {
                 Ok(()) => self.changed(index),
                 Err(error) => self.freeze(index, time, error.to_string()),

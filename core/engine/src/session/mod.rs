@@ -22,6 +22,7 @@ mod opening_warnings;
 mod place;
 mod ray_miss;
 mod recorded;
+mod sculpt_layers;
 mod shared;
 mod sheets;
 mod sleep;
@@ -46,6 +47,8 @@ pub use level_choice::LevelChosen;
 pub use mirror::Mirror;
 pub use obstacles::ObstacleSummary;
 pub use open::Options;
+pub use sculpt_layers::SculptLayerState;
+use sculpt_layers::SculptLayers;
 pub use shared::SharedParts;
 pub use stiffness::StiffnessState;
 pub use warning::{Warning, WarningCode};
@@ -312,6 +315,7 @@ pub struct Session {
     /// Whether energies are summed in each step.
     energy: bool,
     history: History,
+    layers: SculptLayers,
     warnings: Warnings,
 }
 

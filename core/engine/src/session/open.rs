@@ -200,6 +200,7 @@ impl Session {
             frame: Frame::default(),
             stiffness: super::StiffnessState::default(),
             history: History::default(),
+            layers: super::SculptLayers::default(),
         };
         session.open_pads();
         let has_undo = session.recordings.iter().any(|recording| recording.has_undo());

@@ -27,7 +27,7 @@ impl Session {
             self.commands.extend_from_slice(recording.commands(self.clock.steps));
         }
         for place in 0..self.commands.len() {
-            self.apply(self.commands[place]);
+            self.apply(self.commands[place].clone());
         }
     }
 }

@@ -44,18 +44,45 @@ pub(super) fn put_lapse(out: &mut Vec<u8>, lapse: &Lapse) {
     out.extend_from_slice(lapse.why.as_bytes());
 }
 
-/// Appends a command: its kind, then its numbers.
-pub(super) fn put_command(out: &mut Vec<u8>, command: SessionCommand) {
+/// Appends a command: its kind, then its numbers, then a name up to the end of the block.
+pub(super) fn put_command(out: &mut Vec<u8>, command: &SessionCommand) {
     match command {
         SessionCommand::Undo => out.push(0),
         SessionCommand::Redo => out.push(1),
         SessionCommand::ResizeTools { radius, coupling } => {
             out.push(2);
-            put_numbers(out, &[radius, coupling]);
+            put_numbers(out, &[*radius, *coupling]);
         }
         SessionCommand::SetStiffness { factor } => {
             out.push(3);
-            put_numbers(out, &[factor]);
+            put_numbers(out, &[*factor]);
+        }
+        SessionCommand::AddLayer { name } => {
+            out.push(4);
+            out.extend_from_slice(name.as_bytes());
+        }
+        SessionCommand::RenameLayer { layer, name } => {
+            out.push(5);
+            out.extend_from_slice(&layer.to_le_bytes());
+            out.extend_from_slice(name.as_bytes());
+        }
+        SessionCommand::RecordLayer { layer: None } => out.extend_from_slice(&[6, 0]),
+        SessionCommand::RecordLayer { layer: Some(layer) } => {
+            out.extend_from_slice(&[6, 1]);
+            out.extend_from_slice(&layer.to_le_bytes());
+        }
+        SessionCommand::SetLayerStrength { layer, strength } => {
+            out.push(7);
+            out.extend_from_slice(&layer.to_le_bytes());
+            put_numbers(out, &[*strength]);
+        }
+        SessionCommand::MergeLayer { layer } => {
+            out.push(8);
+            out.extend_from_slice(&layer.to_le_bytes());
+        }
+        SessionCommand::DeleteLayer { layer } => {
+            out.push(9);
+            out.extend_from_slice(&layer.to_le_bytes());
         }
     }
 }

@@ -158,7 +158,7 @@ impl<W: Write> RecordingWriter<W> {
     /// Fails for a file that cannot be written.
     pub fn step(&mut self, session: &Session, device_forces: impl Iterator<Item = Vec3>) -> io::Result<()> {
         for command in session.recorded_commands() {
-            self.command(*command)?;
+            self.command(command)?;
         }
         self.next.clear();
         device_forces.for_each(|force| put_numbers(&mut self.next, force.as_slice()));
@@ -193,7 +193,7 @@ impl<W: Write> RecordingWriter<W> {
     ///
     /// # Errors
     /// Fails for a file that cannot be written.
-    pub fn command(&mut self, command: SessionCommand) -> io::Result<()> {
+    pub fn command(&mut self, command: &SessionCommand) -> io::Result<()> {
         self.put_idle()?;
         // The next step must be written in full, as the command belongs to it.
         self.last.clear();

@@ -302,7 +302,12 @@ impl Lattice {
     /// Which of the two mirrored divisions into five tetrahedra an active cell has, 0 or 1. Neighbours alternate, so that the diagonals of
     /// common faces match.
     pub(super) fn cell_parity(&self, cell: u32) -> usize {
-        let least = self.region.node_rest[self.region.cell_corners[cell as usize][0] as usize];
+        self.parity_in(&self.region, cell)
+    }
+
+    /// [`Lattice::cell_parity`] of a cell of any region.
+    pub(super) fn parity_in(&self, region: &Region, cell: u32) -> usize {
+        let least = region.node_rest[region.cell_corners[cell as usize][0] as usize];
         let index = |i: usize| ((least[i] - self.facts.origin[i]) / self.facts.edge).round() as i64;
         ((index(0) + index(1) + index(2)) & 1) as usize
     }

@@ -2,8 +2,44 @@
 
 use super::fragments::NodeKey;
 use super::smooth::{Jet, NO_JET, SmoothEmbedding, add};
-use super::{Lattice, LatticeError, RestOffset};
-use pliant_solver::Vec3;
+use super::{Lattice, LatticeError};
+use pliant_solver::{Nodes, Vec3};
+use std::collections::HashMap;
+
+/// What edits have changed of the rest shape at a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::body) struct RestOffset {
+    /// Position of the node in the undeformed grid, m.
+    pub(in crate::body) place: Vec3,
+    /// Displacement of the rest position from the grid, m.
+    pub(in crate::body) displacement: Vec3,
+    /// Jet of that displacement. It is stored, as a later cut changes the fit at the node but must not move the surface at rest.
+    pub(super) jet: Jet,
+}
+
+/// Offsets of the nodes whose rest positions edits have moved.
+pub(in crate::body) type RestOffsets = HashMap<NodeKey, RestOffset>;
+
+impl RestOffset {
+    /// No displacement of the node at `place` (m).
+    pub(in crate::body) fn zero(place: Vec3) -> Self {
+        Self { place, displacement: Vec3::zeros(), jet: NO_JET }
+    }
+
+    /// Whether it displaces nothing.
+    pub(in crate::body) fn is_zero(&self) -> bool {
+        self.displacement == Vec3::zeros() && self.jet == NO_JET
+    }
+
+    /// This offset and `factor` times another one of the same node.
+    pub(in crate::body) fn plus(mut self, other: &Self, factor: f64) -> Self {
+        self.displacement += factor * other.displacement;
+        for (to, from) in self.jet.iter_mut().flatten().zip(other.jet.iter().flatten()) {
+            *to += factor * from;
+        }
+        self
+    }
+}
 
 /// Cells whose weights are checked before a grid is treated as trilinear.
 const CHECKED_CELLS: usize = 8;
@@ -74,7 +110,29 @@ impl Lattice {
         let jet = self.smooth.as_ref().and_then(|smooth| smooth.rest_jets.get(node as usize));
         let jet = jet.copied().unwrap_or(NO_JET);
         if displacement != Vec3::zeros() || jet != NO_JET {
-            self.rest_offsets.insert(self.node_key(node), RestOffset { displacement, jet });
+            let place = self.grid_rest(node);
+            self.rest_offsets.insert(self.node_key(node), RestOffset { place, displacement, jet });
+        }
+    }
+
+    /// The offsets of all nodes, with those of copies that a cut has made and the next region will have.
+    pub(in crate::body) fn all_rest_offsets(&self) -> RestOffsets {
+        let mut offsets = self.rest_offsets.clone();
+        for new in &self.fragments.new_copies {
+            if let Some(offset) = offsets.get(&new.original).copied() {
+                offsets.insert(new.key, offset);
+            }
+        }
+        offsets
+    }
+
+    /// Moves the active nodes, whose state is `nodes`, with their rest positions to those of other offsets.
+    pub(in crate::body) fn move_to_offsets(&self, offsets: &RestOffsets, nodes: &mut Nodes) {
+        for i in 0..nodes.len() {
+            let grid = self.grid_rest(i as u32);
+            let rest = offsets.get(&self.node_key(i as u32)).map_or(grid, |offset| grid + offset.displacement);
+            nodes.x[i] += rest - nodes.rest[i];
+            nodes.rest[i] = rest;
         }
     }
 

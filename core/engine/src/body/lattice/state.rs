@@ -1,16 +1,14 @@
 //! Saved state of a lattice, for undo and snapshots.
 
-use super::fragments::NodeKey;
 use super::paint::LatticePaint;
 use super::point_bindings::PointBindings;
-use super::{Fragments, Lattice, LatticeError, RestOffset};
+use super::{Fragments, Lattice, LatticeError, RestOffsets};
 use crate::body::fixing::Fixing;
 use crate::body::model::Model;
 use crate::body::skin::Skin;
 use pliant_host::Region;
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::{Nodes, System};
-use std::collections::HashMap;
 
 /// Saved state of a lattice without its nodes; its size grows with the active region and the cuts. Fields are those of [`Lattice`].
 #[derive(Clone)]
@@ -18,12 +16,19 @@ pub struct LatticeState {
     region: Region,
     contact_balls: Vec<Ball>,
     last_contact_balls: Vec<Ball>,
-    rest_offsets: HashMap<NodeKey, RestOffset>,
+    rest_offsets: RestOffsets,
     fragments: Fragments,
     bindings: PointBindings,
     needs_rebuild: bool,
     steps: u32,
     paint: LatticePaint,
+}
+
+impl LatticeState {
+    /// Replaces the displacements of the rest positions of nodes.
+    pub(in crate::body) fn set_rest_offsets(&mut self, offsets: &RestOffsets) {
+        self.rest_offsets.clone_from(offsets);
+    }
 }
 
 impl Lattice {

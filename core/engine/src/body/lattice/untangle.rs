@@ -6,8 +6,10 @@
 //! rest shape, which is not tangled. So a repair always succeeds. A change of the rest shape by an edit is limited instead: nodes of cells
 //! that it would tangle do not move.
 
-use super::Lattice;
-use pliant_plugin_api::CELL_TETRAHEDRA;
+use super::fragments::NodeKey;
+use super::{Lattice, LatticeError, RestOffsets};
+use pliant_host::Region;
+use pliant_plugin_api::{CELL_TETRAHEDRA, abi};
 use pliant_solver::{Nodes, Vec3};
 
 /// Smallest volume of a tetrahedron, relative to that in the undeformed grid. The frequency of an element grows with the inverse of its
@@ -70,13 +72,53 @@ impl Lattice {
     }
 
     fn is_tangled(&self, cell: u32, x: &[Vec3]) -> bool {
-        let corners = self.region.cell_corners[cell as usize];
-        CELL_TETRAHEDRA[self.cell_parity(cell)].iter().any(|tetrahedron| {
+        self.is_cell_tangled(&self.region, cell, x)
+    }
+
+    /// Whether a cell of `region` has an inverted or flat tetrahedron, for the nodes of that region at `x` (m, n x 3).
+    fn is_cell_tangled(&self, region: &Region, cell: u32, x: &[Vec3]) -> bool {
+        let corners = region.cell_corners[cell as usize];
+        CELL_TETRAHEDRA[self.parity_in(region, cell)].iter().any(|tetrahedron| {
             let nodes = tetrahedron.map(|corner| corners[corner as usize]);
-            let undeformed = signed_volume(nodes.map(|node| self.grid_rest(node)));
+            let undeformed = signed_volume(nodes.map(|node| region.node_rest[node as usize].into()));
             let volume = signed_volume(nodes.map(|node| x[node as usize]));
             volume < MIN_VOLUME * undeformed || volume.is_nan()
         })
+    }
+
+    /// Places (m, in the undeformed grid) of the cells that other offsets of the rest positions would tangle, among the cells around `changed`
+    /// nodes (m, likewise), active or not.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(in crate::body) fn tangled_at_rest(
+        &self,
+        offsets: &RestOffsets,
+        changed: impl Iterator<Item = Vec3>,
+    ) -> Result<Vec<Vec3>, LatticeError> {
+        let reach = 0.25 * self.facts.edge;
+        let towards = |corner: usize| Vec3::from_fn(|axis, _| if corner >> axis & 1 == 1 { reach } else { -reach });
+        // A point in each of the cells around each node.
+        let points: Vec<[f64; 3]> =
+            changed.flat_map(|place| (0..8).map(move |corner| (place + towards(corner)).into())).collect();
+        let (mut cells, mut weights) = (vec![abi::NO_CELL; points.len()], vec![[0.0; 8]; points.len()]);
+        self.grid.weights(self.settings.level, &points, &mut cells, &mut weights)?;
+        cells.retain(|cell| *cell != abi::NO_CELL);
+        cells.sort_unstable();
+        cells.dedup();
+        let (mut region, mut whole) = (Region::default(), Region::default());
+        self.grid.region(self.settings.level, self.families, &[], &cells, &mut whole)?;
+        if self.has_cuts() {
+            self.fragments.apply(&whole, self.families, &mut region);
+        } else {
+            region = whole;
+        }
+        let keys = region.node_id.iter().zip(&region.node_copy).map(|(&node, &copy)| NodeKey { node, copy });
+        let displacement = |key| offsets.get(&key).map_or_else(Vec3::zeros, |offset| offset.displacement);
+        let x: Vec<Vec3> = keys.zip(&region.node_rest).map(|(key, at)| Vec3::from(*at) + displacement(key)).collect();
+        let place = |cell: usize| Vec3::from(region.node_rest[region.cell_corners[cell][0] as usize]);
+        let tangled = (0..region.cell_corners.len()).filter(|cell| self.is_cell_tangled(&region, *cell as u32, &x));
+        Ok(tangled.map(place).collect())
     }
 
     /// Sets the displacements of the free nodes of `tangled` cells to the mean of their neighbours', sweep by sweep, until no cell is tangled.

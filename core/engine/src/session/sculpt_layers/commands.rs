@@ -1,0 +1,166 @@
+//! What a user asks of sculpt layers, and what is refused.
+
+use super::{SculptLayerState, SculptLayers};
+use crate::session::{EventKind, Session};
+
+/// Why a change of the layers was refused.
+type Refusal = String;
+
+impl Session {
+    /// The sculpt layers, the lowest first.
+    pub fn sculpt_layers(&self) -> Vec<SculptLayerState> {
+        self.layers.states()
+    }
+
+    /// Adds a layer, which records strokes from now on.
+    pub(in crate::session) fn add_layer(&mut self, name: &str) -> bool {
+        self.change_layers(None, |session| {
+            session.layers.add(name, &session.bodies);
+            Ok(())
+        })
+    }
+
+    /// Gives a layer another name.
+    pub(in crate::session) fn rename_layer(&mut self, layer: u32, name: &str) -> bool {
+        self.change_layers(None, |session| {
+            let layer = session.layer(layer)?;
+            session.layers.layers[layer].name = name.into();
+            Ok(())
+        })
+    }
+
+    /// Strokes are recorded in a layer, which gets its full strength, or in the base.
+    pub(in crate::session) fn record_layer(&mut self, layer: Option<u32>) -> bool {
+        self.change_layers(None, |session| {
+            let Some(layer) = layer else {
+                session.layers.recording = None;
+                return Ok(());
+            };
+            let layer = session.free_layer(layer)?;
+            session.layers.recording = Some(layer);
+            session.blend(layer, 1.0)
+        })
+    }
+
+    /// Gives a layer another strength, 0 to 1. At less than 1 it no longer records.
+    pub(in crate::session) fn set_layer_strength(&mut self, layer: u32, strength: f64) -> bool {
+        self.change_layers(Some(layer), |session| {
+            let layer = session.free_layer(layer)?;
+            if !(0.0..=1.0).contains(&strength) {
+                let name = &session.layers.layers[layer].name;
+                return Err(format!("layer `{name}`: strength {strength}; allowed is 0 to 1"));
+            }
+            if strength < 1.0 {
+                session.layers.recording = session.layers.recording.filter(|other| *other != layer);
+            }
+            session.blend(layer, strength)
+        })
+    }
+
+    /// Makes a layer a part of the base, at its present strength.
+    pub(in crate::session) fn merge_layer(&mut self, layer: u32) -> bool {
+        self.change_layers(None, |session| {
+            let layer = session.layer(layer)?;
+            session.layers.remove(layer, true);
+            Ok(())
+        })
+    }
+
+    /// Deletes a layer with what it does to the shape.
+    pub(in crate::session) fn delete_layer(&mut self, layer: u32) -> bool {
+        self.change_layers(None, |session| {
+            let layer = session.free_layer(layer)?;
+            session.blend(layer, 0.0)?;
+            session.layers.remove(layer, false);
+            Ok(())
+        })
+    }
+
+    /// Ends edits, changes the layers and remembers what was before. Changes of the strength of one layer after another, `strength_of`, are taken back
+    /// together. Returns whether it was done; an event says why it was not.
+    fn change_layers(
+        &mut self,
+        strength_of: Option<u32>,
+        change: impl FnOnce(&mut Self) -> Result<(), Refusal>,
+    ) -> bool {
+        self.end_edits();
+        self.layers.assign(&self.bodies);
+        let (before, layers) = (self.history.kept.then(|| self.save()), self.layers.clone());
+        if let Err(why) = change(self) {
+            self.layers = layers;
+            let time = self.time();
+            self.events.add(EventKind::LayerRefused, time, || why);
+            return false;
+        }
+        self.remember_layers(before, strength_of);
+        true
+    }
+
+    /// The index of a layer.
+    fn layer(&self, layer: u32) -> Result<usize, Refusal> {
+        let count = self.layers.layers.len();
+        let none = || match count {
+            0 => format!("layer {layer}: there is none"),
+            _ => format!("layer {layer}: there is none; allowed is 0 to {}", count - 1),
+        };
+        Some(layer as usize).filter(|layer| *layer < count).ok_or_else(none)
+    }
+
+    /// The index of a layer whose strength may change.
+    fn free_layer(&self, layer: u32) -> Result<usize, Refusal> {
+        let layer = self.layer(layer)?;
+        if self.layers.is_fixed(layer) {
+            let SculptLayers { layers, .. } = &self.layers;
+            let name = &layers[layer].name;
+            return Err(format!(
+                "layer `{name}`: something was cut or stitched since, and the new surface is not in the layer; take that back first, \
+                 or merge the layer"
+            ));
+        }
+        Ok(layer)
+    }
+
+    /// Gives a layer a strength and all bodies the shape that they have then.
+    fn blend(&mut self, layer: usize, strength: f64) -> Result<(), Refusal> {
+        if self.layers.layers[layer].strength == strength {
+            return Ok(());
+        }
+        self.layers.layers[layer].strength = strength;
+        let shapes: Vec<_> = (0..self.bodies.len()).map(|body| self.layers.shape(body)).collect();
+        let changes: Vec<_> = shapes.iter().enumerate().map(|(body, shape)| self.layers.change(body, shape)).collect();
+        let name = std::sync::Arc::clone(&self.layers.layers[layer].name);
+        let refused =
+            |body: &str, why: String| format!("layer `{name}` at strength {strength:.2}: body `{body}`: {why}");
+        for ((body, shape), change) in self.bodies.iter().zip(&shapes).zip(&changes) {
+            let flat = body.flat_parts(shape, change).map_err(|error| refused(&body.name, error.to_string()))?;
+            if let Some(flat) = flat {
+                let (parts, count, at) = (flat.parts, flat.count, flat.place.as_slice());
+                let why = format!("{count} {parts} near {at:?} m would be inverted or flat");
+                return Err(refused(&body.name, why));
+            }
+        }
+        let before: Vec<_> = self.bodies.iter().map(crate::body::Body::rest_shape).collect();
+        for index in 0..self.bodies.len() {
+            if changes[index].is_empty() {
+                continue;
+            }
+            if let Err(error) = self.bodies[index].set_rest_shape(&shapes[index]) {
+                let why = refused(&self.bodies[index].name, error.to_string());
+                // Those before it took their shapes and take the old ones again.
+                for earlier in (0..index).filter(|earlier| !changes[*earlier].is_empty()) {
+                    if let Err(error) = self.bodies[earlier].set_rest_shape(&before[earlier]) {
+                        self.freeze(earlier, self.time(), error.to_string());
+                    }
+                    self.changed(earlier);
+                }
+                return Err(why);
+            }
+            self.changed(index);
+        }
+        for slot in &mut self.tools {
+            slot.tool.release(&slot.hand);
+        }
+        self.layers.take_shapes(&self.bodies);
+        Ok(())
+    }
+}
