@@ -32,7 +32,7 @@ pub fn sample(cli: &Cli, args: &SampleArgs) -> Result<Outcome, Failure> {
 
 /// Writes a file that appears whole or not at all.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let mut file = AtomicFile::create(path)?;
+    let mut file = AtomicFile::create_and_clean(path)?;
     file.write_all(bytes)?;
     Ok(file.finish()?)
 }

@@ -1,25 +1,11 @@
 //! A run that fails or is stopped harms nothing that an earlier one left.
 
+use pliant_tests::result_sets::{FileSet, files, set_of};
 use pliant_tests::{Bench, box_scene};
-use std::collections::BTreeMap;
 use std::process::{Child, Command, Stdio};
 
-/// Every file of a folder and of those in it, with its bytes.
-fn files(bench: &Bench, folder: &str) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    for name in bench.names(folder) {
-        let path = format!("{folder}/{name}");
-        if bench.path(&path).is_dir() {
-            found.extend(files(bench, &path));
-        } else {
-            found.insert(path.clone(), bench.read(&path));
-        }
-    }
-    found
-}
-
 /// A bench with the results of a run in `out`.
-fn bench() -> (Bench, BTreeMap<String, Vec<u8>>) {
+fn bench() -> (Bench, FileSet) {
     let bench = Bench::new();
     bench.write("scene.toml", box_scene("", "", "[output]\nframes = 100"));
     bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
@@ -116,22 +102,6 @@ fn what_a_killed_run_leaves_is_removed_by_the_next_and_two_writers_are_refused()
     assert_eq!(files(&bench, "out").keys().collect::<Vec<_>>(), before.keys().collect::<Vec<_>>());
 }
 
-/// What tells the results of two scenes apart, without what the clock says.
-fn set_of(bench: &Bench, folder: &str) -> BTreeMap<String, Vec<u8>> {
-    let mut set = files(bench, folder);
-    for (name, bytes) in &mut set {
-        if name.ends_with("trace.csv") {
-            let text = String::from_utf8(bytes.clone()).expect("UTF-8");
-            *bytes =
-                text.lines().flat_map(|row| row.rsplit_once(',').expect("columns").0.bytes().chain([b'\n'])).collect();
-        } else if name.ends_with("summary.json") {
-            let summary: serde_json::Value = serde_json::from_slice(bytes).expect("whole");
-            *bytes = format!("{} {} {}", summary["settings"], summary["files"], summary["probes"]).into_bytes();
-        }
-    }
-    set.into_iter().map(|(name, bytes)| (name.replacen(folder, "", 1), bytes)).collect()
-}
-
 /// Two scenes with other files: one with frames and nodes, one with a picture of forces.
 const SCENES: [&[&str]; 2] = [
     &["run", "scene.toml", "-q", "--set", "output.frames=100"],
@@ -149,7 +119,7 @@ const SCENES: [&[&str]; 2] = [
 ];
 
 /// Both sets, each from a run of its own, and a bench with the first one in `out`.
-fn two_sets() -> (Bench, [BTreeMap<String, Vec<u8>>; 2]) {
+fn two_sets() -> (Bench, [FileSet; 2]) {
     let bench = Bench::new();
     bench.write("scene.toml", box_scene("", "", ""));
     let sets = [0, 1].map(|i| {

@@ -34,7 +34,7 @@ pub fn collect_table(cli: &Cli, args: &CollectArgs) -> Result<Outcome, Failure> 
 /// Writes a table whole or not at all, in the format of the file's name.
 pub(super) fn write_table(table: &mut Table, path: &Path) -> Result<(), Failure> {
     let format = Format::of(path).map_err(Failure::input)?;
-    let mut file = AtomicFile::create(path)?;
+    let mut file = AtomicFile::create_and_clean(path)?;
     table.write(format, &mut file)?;
     Ok(file.finish()?)
 }
@@ -46,7 +46,7 @@ pub fn plot_table(cli: &Cli, args: &PlotArgs) -> Result<Outcome, Failure> {
     let svg = plot(&mut collected.table, &options)?;
     let name = format!("{}-over-{}.svg", args.y, args.x).replace(['/', ' '], "-");
     let output = args.output.clone().unwrap_or_else(|| args.folder.join(name));
-    let mut file = AtomicFile::create(&output)?;
+    let mut file = AtomicFile::create_and_clean(&output)?;
     file.write_all(svg.as_bytes())?;
     file.finish()?;
     if cli.json {

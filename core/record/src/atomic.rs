@@ -38,6 +38,16 @@ impl AtomicFile {
         Self::create_shown(path, path)
     }
 
+    /// As [`AtomicFile::create`]; removes what killed programs have left in its folder ([`remove_leftovers`]).
+    ///
+    /// # Errors
+    /// As for [`AtomicFile::create`].
+    pub fn create_and_clean(path: &Path) -> io::Result<Self> {
+        let file = Self::create(path)?;
+        remove_leftovers(folder_of(path));
+        Ok(file)
+    }
+
     /// As [`AtomicFile::create`], with another path in errors, for a file in a folder that will be renamed.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! Writing of recordings, step by step.
 
 use super::encoding::{put_command, put_device, put_lapse, put_numbers, put_pose};
-use crate::atomic::{AtomicFile, error_at, folder_of, remove_leftovers};
+use crate::atomic::{AtomicFile, error_at};
 use crate::inputs::refuse_inputs;
 use pliant_engine::recording::format::{
     COMMAND, DEVICE, END, HEADER, IDLE, LAPSE, MAGIC, RecordedFile, RecordingHeader, STEP, VERSION,
@@ -64,8 +64,7 @@ impl RecordingWriter {
     /// Fails for a file that cannot be written or is an input of the session, and for an input that cannot be read, with the path.
     pub fn create(path: &Path, inputs: &RecordingInputs<'_>) -> io::Result<Self> {
         refuse_inputs(std::iter::once(path.to_path_buf()), inputs.source, inputs.session)?;
-        let file = AtomicFile::create(path)?;
-        remove_leftovers(folder_of(path));
+        let file = AtomicFile::create_and_clean(path)?;
         Self::begin(file, inputs)
     }
 
