@@ -100,7 +100,7 @@ impl SheetTips {
         trial: &TrialStep<'_>,
     ) -> Option<(VertexContact, bool)> {
         let tip = &self.tips[contact.tips.0];
-        contact.transition(tip.friction, tip.velocity_at(system.nodes.x[contact.node as usize]), system, trial)
+        contact.transition(tip.friction, tip.velocity_at((trial.start)(system, contact.node as usize)), system, trial)
     }
 
     /// Velocity along `normal` of tip `t` at a vertex at `x` (m), and the one that brings the vertex onto its surface, both in m/s.
@@ -125,7 +125,7 @@ impl SheetTips {
                 let i = contact.node as usize;
                 force -= (trial.reaction)(i) + contact.friction;
                 // The speed of a correction of its place is removed at the end.
-                let towards = self.tips[t].velocity_at(system.nodes.x[i]).dot(&contact.normal);
+                let towards = self.tips[t].velocity_at((trial.start)(system, i)).dot(&contact.normal);
                 let excess = (contact.target[0] - contact.rebound - towards).max(0.0);
                 force += system.nodes.mass[i] * excess / self.dt * contact.normal;
                 momentum += system.nodes.mass[i] * system.nodes.v[i];
@@ -149,10 +149,11 @@ impl SheetTips {
             for at in 0..self.contacts.len() {
                 let contact = self.contacts[at];
                 if holds(&&contact) {
-                    let (towards, target) = self.towards(t, system.nodes.x[contact.node as usize], contact.normal);
+                    let x = (trial.start)(system, contact.node as usize);
+                    let (towards, target) = self.towards(t, x, contact.normal);
                     let rebound = contact.rebound;
                     self.contacts[at].target[0] = if rebound > 0.0 { target.max(towards + rebound) } else { target };
-                    self.constrain(&self.contacts[at], system);
+                    self.constrain(&self.contacts[at], x, system);
                 }
             }
         }
@@ -186,14 +187,15 @@ impl SheetTips {
         }
     }
 
-    /// Continuous collision detection: constrains vertices that would pass through a tip in this step with the velocities `after` returns (m/s).
+    /// Continuous collision detection: constrains vertices that would pass through a tip in this step with the velocities of a trial step.
     /// Returns whether there are any.
-    fn add_swept_contacts(&mut self, system: &mut System, after: &dyn Fn(&System, usize) -> Vec3) -> bool {
+    fn add_swept_contacts(&mut self, system: &mut System, trial: &TrialStep<'_>) -> bool {
         let known = self.contacts.len();
         for t in 0..self.tips.len() {
             for at in 0..self.near[t].list.len() * usize::from(self.tips[t].constrains) {
                 let (node, tip) = (self.near[t].list[at], &self.tips[t]);
-                let vertex = Vertex { x: system.nodes.x[node as usize], v: after(system, node as usize) };
+                let vertex =
+                    Vertex { x: (trial.start)(system, node as usize), v: (trial.velocity)(system, node as usize) };
                 if !goes_far(tip, vertex, self.dt)
                     || !system.nodes.constraint[node as usize].is_free()
                     || self.contacts.iter().any(|h| h.node == node)
@@ -202,7 +204,7 @@ impl SheetTips {
                 }
                 if let Some(normal) = contact_normal(tip, vertex, self.dt, None) {
                     let one = self.new_contact(t, node, vertex, normal);
-                    self.constrain(&one, system);
+                    self.constrain(&one, vertex.x, system);
                     self.contacts.push(one);
                 }
             }
@@ -214,11 +216,10 @@ impl SheetTips {
         caught
     }
 
-    /// Sets the constraint and the prescribed velocity of a vertex from its contact state.
-    fn constrain(&self, contact: &VertexContact, system: &mut System) {
-        let i = contact.node as usize;
-        let nodes = &mut system.nodes;
-        let (n, x) = (contact.normal, nodes.x[i]);
+    /// Sets the constraint and the prescribed velocity of a vertex from its contact state. `x` is its position before
+    /// the step, m.
+    fn constrain(&self, contact: &VertexContact, x: Vec3, system: &mut System) {
+        let (i, n, nodes) = (contact.node as usize, contact.normal, &mut system.nodes);
         let drive = self.tips[contact.tips.0].velocity_at(x);
         let Some(second) = contact.tips.1 else {
             (nodes.constraint[i], nodes.prescribed[i]) = match contact.state {
@@ -289,7 +290,7 @@ impl ContactConstraints for SheetTips {
         }
         self.contacts.sort_by_key(|contact| contact.node);
         for contact in &self.contacts {
-            self.constrain(contact, system);
+            self.constrain(contact, system.nodes.x[contact.node as usize], system);
         }
     }
 
@@ -310,12 +311,13 @@ impl ContactConstraints for SheetTips {
         if self.passes > MAX_ACTIVE_SET_PASSES {
             return !searches && is_whole && self.solve_tip_velocities(system, trial);
         }
-        let mut changed = trial.error_bound.is_none() && self.add_swept_contacts(system, trial.velocity);
+        let mut changed = trial.error_bound.is_none() && self.add_swept_contacts(system, trial);
         let mut tips = std::mem::take(&mut self.contacts);
         for contact in &mut tips {
             if let Some((next, true)) = self.transition(contact, system, trial) {
                 *contact = next;
-                self.constrain(contact, system);
+                let x = (trial.start)(system, contact.node as usize);
+                self.constrain(contact, x, system);
                 changed = true;
             }
         }

@@ -57,7 +57,12 @@ impl Integrator {
                 work
             });
             let (next, reaction) = (&self.scratch, &self.reaction);
-            let trial = TrialStep { velocity: &|_, i| next[i], reaction: &|i| reaction[i], error_bound: None };
+            let trial = TrialStep {
+                start: &|s, i| s.nodes.x[i],
+                velocity: &|_, i| next[i],
+                reaction: &|i| reaction[i],
+                error_bound: None,
+            };
             if !step.contacts.update_active_set(system, &trial) {
                 break;
             }

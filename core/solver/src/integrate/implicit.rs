@@ -231,9 +231,10 @@ impl Integrator {
                 interrupts: Some(&self.interrupts),
             };
             let start = Instant::now();
-            let (near, contacts) = (step.contacts.has_candidates(), &*step.contacts);
+            let (near, contacts, from) = (step.contacts.has_candidates(), &*step.contacts, &self.from[0]);
             let solved = self.pcg.solve_until(pool, &filtered, &mut |partial| {
                 let trial = TrialStep {
+                    start: &|_, i| from[i],
                     velocity: &|s, i| s.nodes.v[i] + partial.at(i),
                     reaction: &|i| partial.reaction(i) / effective_dt,
                     error_bound: Some(&error_bound(&matrix, partial.residual_squared(), effective_dt)),
@@ -279,8 +280,9 @@ impl Integrator {
                 self.reaction[i] = (product - b[i]) / effective_dt;
             }
             let bound = error_bound(&matrix, solved.stopped_at.unwrap_or(0.0), effective_dt);
-            let reaction = &self.reaction;
+            let (from, reaction) = (&self.from[0], &self.reaction);
             let trial = TrialStep {
+                start: &|_, i| from[i],
                 velocity: &|s, i| s.nodes.v[i] + change[i],
                 reaction: &|i| reaction[i],
                 error_bound: solved.stopped_at.map(|_| &bound as &ErrorBound<'_>),
