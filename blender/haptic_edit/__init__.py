@@ -14,12 +14,12 @@ bl_info = {
 if "bpy" in locals():
     import importlib
 
-    for _module in (gesture, recording, editing, properties, mesh_io, topology, bake, panel_settings, object_editing, draw, mode, ui):  # noqa: F821
+    for _module in (gesture, recording, editing, properties, mesh_io, topology, bake, panel_settings, handover, object_editing, draw, mode, ui):  # noqa: F821
         importlib.reload(_module)
 
 import bpy
 
-from . import bake, draw, editing, gesture, mesh_io, mode, object_editing, panel_settings, properties, recording, topology, ui
+from . import bake, draw, editing, gesture, handover, mesh_io, mode, object_editing, panel_settings, properties, recording, topology, ui
 
 _CLASSES = (*mode.CLASSES, *bake.CLASSES, *ui.CLASSES)
 
@@ -35,10 +35,12 @@ def register() -> None:
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.VIEW3D_MT_object.append(_menu)
+    handover.register()
 
 
 def unregister() -> None:
     """Disable it."""
+    handover.unregister()
     bpy.types.VIEW3D_MT_object.remove(_menu)
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pliant
 
-from . import bake, mesh_io, topology
+from . import bake, handover, mesh_io, topology
 from .editing import MeshArrays, MeshEdit, Obstacle, Settings
 from .gesture import Hit, Ray
 from .panel_settings import settings_of
@@ -43,6 +43,10 @@ class Editing:
         """Whether a stroke is under way."""
         return self._edit is not None and self._edit.is_under_way
 
+    def warn(self, text: str) -> None:
+        """Have a text among the next warnings."""
+        self._warnings.append(text)
+
     def take_warnings(self) -> list[str]:
         """What has no effect, or not the one it looks like; each text once."""
         new = [text for text in dict.fromkeys(self._warnings) if text not in self._reported]
@@ -68,6 +72,7 @@ class Editing:
             return
         self.close()
         self._edit = MeshEdit(mesh, settings, obstacles)
+        handover.watch(self)
         self._warnings += [f"[{warning.code}] {warning.args[0]}" for warning in self._edit.warnings()]
         self._settings, self._inverse = settings, inverse
         self._seen = self._edit.surface()
@@ -148,6 +153,7 @@ class Editing:
 
     def close(self) -> None:
         """End the session."""
+        handover.forget(self)
         if self._edit is not None:
             self._edit.close()
         self._edit = self._settings = None

@@ -1,0 +1,79 @@
+"""Strokes that are under way when a file is saved or closed, or when the extension is disabled.
+
+What a stroke has done reaches Blender's data when the stroke ends. So it is ended first: a file that is saved in mid-stroke has what the hand has
+done until then, and no session outlives its file.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+from weakref import WeakSet
+
+import bpy
+import pliant
+from bpy.app.handlers import persistent
+
+if TYPE_CHECKING:
+    from .object_editing import Editing
+
+# Meshes whose sessions are open.
+_open: WeakSet[Editing] = WeakSet()
+
+
+def watch(editing: Editing) -> None:
+    """Have the strokes of a mesh ended in time, until it is forgotten."""
+    _open.add(editing)
+
+
+def forget(editing: Editing) -> None:
+    """The session of a mesh is closed."""
+    _open.discard(editing)
+
+
+def finish_strokes() -> None:
+    """End every stroke that is under way and write what it did; the next warnings of its mesh tell of it."""
+    for editing in [editing for editing in _open if editing.is_under_way]:
+        try:
+            editing.end()
+        except pliant.PliantError as error:
+            editing.warn(str(error))
+            continue
+        if bpy.ops.ed.undo_push.poll():
+            bpy.ops.ed.undo_push(message="Haptic stroke")
+
+
+def close_sessions() -> None:
+    """End the native threads of all sessions."""
+    for editing in list(_open):
+        editing.close()
+
+
+@persistent
+def _before_save(*_args: object) -> None:
+    finish_strokes()
+
+
+@persistent
+def _before_load(*_args: object) -> None:
+    finish_strokes()
+    close_sessions()
+
+
+def _handlers() -> list[tuple[list, object]]:
+    """Blender's lists of handlers, with what each is to call."""
+    return [(bpy.app.handlers.save_pre, _before_save), (bpy.app.handlers.load_pre, _before_load)]
+
+
+def register() -> None:
+    """Have Blender tell of what ends a stroke."""
+    for handlers, handler in _handlers():
+        handlers.append(handler)
+
+
+def unregister() -> None:
+    """End what is under way, and be told no more."""
+    finish_strokes()
+    close_sessions()
+    for handlers, handler in _handlers():
+        if handler in handlers:
+            handlers.remove(handler)
