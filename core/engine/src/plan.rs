@@ -5,7 +5,7 @@ mod check;
 
 pub(crate) use check::strength;
 
-use crate::body::Axes;
+use crate::body::{Axes, PaintDepth};
 use crate::edit::{Command, EditKind, Falloff};
 use crate::probe::{QUANTITIES, Quantity, Subject};
 use crate::scene::{Extent, Release, Scene, SceneError, Source};
@@ -46,6 +46,8 @@ pub struct Edit {
     pub strength: Option<f64>,
     /// Parameter of the material that it paints.
     pub param: Option<String>,
+    /// How deep it paints.
+    pub depth: PaintDepth,
 }
 
 /// An undo or redo that a scene asks for.
@@ -209,6 +211,7 @@ impl Plan {
                 falloff: edit.falloff.as_ref().map_or(Falloff::default(), |f| *f.get_ref()),
                 strength: check::strength(edit, kind, source)?,
                 param: edit.param.as_ref().map(|param| param.get_ref().clone()),
+                depth: check::depth(edit, source)?,
             };
             self.edits.push(planned.clone());
             for axes in check::images(edit, source)? {

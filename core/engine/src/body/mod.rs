@@ -25,6 +25,7 @@ mod skin;
 mod state;
 mod stiffness;
 mod stitch;
+mod surface_layer;
 mod symmetry;
 mod tint;
 
@@ -50,6 +51,7 @@ pub use skin::{EmbeddedPoint, NOT_EMBEDDED, Skin, interpolate};
 pub use state::BodyState;
 pub use stiffness::StiffnessFactor;
 pub use stitch::Seam;
+pub use surface_layer::PaintDepth;
 pub use symmetry::{Axes, Symmetry, mirrored};
 pub use tint::{PINNED_TINT, tint_of};
 

@@ -1,7 +1,8 @@
 //! Painting of a body: nodes that strokes have pinned, and factors of its material's parameters.
 
 use super::painted_factors::{FactorChange, PaintBall, PaintedFactors};
-use super::{Body, Discretization, LatticeError};
+use super::surface_layer::{PaintDepth, SurfaceLayer};
+use super::{Body, Discretization, Lattice, LatticeError};
 use crate::edit::BrushShape;
 use pliant_solver::Vec3;
 
@@ -36,21 +37,38 @@ impl Body {
         Ok(has_changed)
     }
 
-    /// Moves the factor of a parameter around a point of the rest shape (m) towards a goal, as far as [`Body::most_stiffening`] allows. Shape, motion
-    /// and history stay; masses follow. Returns whether any factor has changed.
+    /// Moves the factor of a parameter around a point of the rest shape (m) towards a goal, as far as [`Body::most_stiffening`] allows, through the
+    /// depth or in a layer under the side of the surface that faces the tool. Shape, motion and history stay; masses follow. Returns whether any factor
+    /// has changed.
     ///
     /// # Errors
     /// Returns the error of the grid or material plugin.
-    pub fn paint(&mut self, point: Vec3, shape: BrushShape, change: FactorChange) -> Result<bool, LatticeError> {
+    pub fn paint(
+        &mut self,
+        point: Vec3,
+        shape: BrushShape,
+        depth: PaintDepth,
+        change: FactorChange,
+    ) -> Result<bool, LatticeError> {
         let radius = shape.radius_at(self.discretization.edge());
         let nodes = self.connected_nodes(point, radius)?;
         let ball = PaintBall { centre: self.embed_point(point)?.settled, radius, nodes: &nodes };
         let goal = self.painted().allowed_goal(&self.params, change, self.most_stiffening);
         let (change, planes) = (FactorChange { goal, ..change }, self.params.len());
         let weight = |distance: f64| shape.falloff.weight(distance / radius);
+        let surface = (&*self.model, &self.skin);
+        let around = (ball.centre, radius);
         let has_changed = match &mut self.discretization {
-            Discretization::Lattice(lattice) => lattice.paint(ball, weight, change, planes, &mut self.system)?,
-            Discretization::Sheet(sheet) => sheet.paint(ball, weight, change, planes, &self.model, &mut self.system)?,
+            Discretization::Lattice(lattice) => {
+                let corners = |t: u32| self.model.surface.triangles[t as usize];
+                let layer = depth.layer().map(|depth| SurfaceLayer::new(surface, around, depth, corners));
+                lattice.paint((ball, layer), weight, change, planes, &mut self.system)?
+            }
+            Discretization::Sheet(sheet) => {
+                let corners = |t: u32| sheet.nodes_of(&self.model, t);
+                let layer = depth.layer().map(|depth| SurfaceLayer::new(surface, around, depth, corners));
+                sheet.paint((ball, layer), weight, change, planes, &self.model, &mut self.system)?
+            }
         };
         if has_changed {
             self.update_tints()?;
@@ -71,6 +89,32 @@ impl Body {
             Discretization::Lattice(lattice) => lattice.painted(),
             Discretization::Sheet(sheet) => sheet.painted(),
         }
+    }
+
+    /// Stiffness of the elastic layer per area around a point of the rest shape (m), N/m^3: as much stiffer than [`Body::layer_stiffness`] as the
+    /// cell there has been painted.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub fn layer_stiffness_at(&self, point: Vec3) -> Result<f64, LatticeError> {
+        let factor = match &self.discretization {
+            Discretization::Lattice(lattice) if !lattice.painted().is_empty() => {
+                lattice.cell_of(point)?.map_or(1.0, |cell| self.layer_factor(lattice, cell as u32))
+            }
+            _ => 1.0,
+        };
+        Ok(factor * self.layer_stiffness)
+    }
+
+    /// Factor of the stiffness of the elastic layer over an active cell: that of the painted parameter `young`.
+    pub fn layer_factor(&self, lattice: &Lattice, cell: u32) -> f64 {
+        let painted = lattice.painted();
+        if painted.is_empty() {
+            return 1.0;
+        }
+        let plane = self.params.iter().position(|key| key == "young");
+        let factors = painted.get(lattice.region().cell_id[cell as usize]);
+        plane.zip(factors).map_or(1.0, |(plane, factors)| factors[plane])
     }
 
     /// Upper bound of the ratio by which painting has raised stiffness over mass of any part, 1 or more.

@@ -125,18 +125,20 @@ pub(super) struct PaintBall<'a> {
 }
 
 impl PaintBall<'_> {
-    /// The elements that have a corner in the ball, with the `weight` of the distance (m) of their centre from the ball's. `elements` has the id and
-    /// the corners of each, `rest` the rest positions of all nodes, m.
+    /// The elements that have a corner in the ball and for which `place` gives a point, with the `weight` of the distance (m) of that point from the
+    /// ball's centre. `elements` has the id and the corners of each, `rest` the rest positions of all nodes, m; `place` is given the id and the middle of
+    /// the corners, m.
     pub fn weights<const CORNERS: usize>(
         self,
         elements: impl Iterator<Item = (u64, [u32; CORNERS])>,
         rest: &[Vec3],
+        place: impl Fn(u64, Vec3) -> Option<Vec3>,
         weight: impl Fn(f64) -> f64,
     ) -> Vec<(u64, f64)> {
         let near = elements.filter(|(_, corners)| corners.iter().any(|n| self.nodes.binary_search(n).is_ok()));
-        near.map(|(id, corners)| {
+        near.filter_map(|(id, corners)| {
             let centre = corners.iter().map(|n| rest[*n as usize]).sum::<Vec3>() / CORNERS as f64;
-            (id, weight((centre - self.centre).norm()))
+            Some((id, weight((place(id, centre)? - self.centre).norm())))
         })
         .collect()
     }

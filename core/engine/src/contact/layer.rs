@@ -16,7 +16,7 @@ pub struct Layer<'a> {
     pub shape: &'a OrientedShape,
     /// Stiffness of the coupling to the hand, N/m.
     pub coupling: f64,
-    /// Stiffness of the layer per area, N/m^3.
+    /// Stiffness of the layer per area, N/m^3, times the factor of each sample.
     pub stiffness: f64,
 }
 
@@ -55,7 +55,7 @@ impl Layer<'_> {
             let (mut layer, mut deepest) = (Vec3::zeros(), 0.0_f64);
             for s in samples {
                 let Some((n, depth)) = self.penetration(s, p) else { continue };
-                let k = self.stiffness * s.area;
+                let k = self.stiffness_at(s);
                 layer -= k * depth * n;
                 hessian += k * n * n.transpose();
                 deepest = deepest.max(depth);
@@ -96,7 +96,7 @@ impl Layer<'_> {
     pub fn pushes<'a>(&'a self, samples: &'a [SurfacePoint], p: Vec3) -> impl Iterator<Item = Push> + 'a {
         samples.iter().filter_map(move |s| {
             let (normal, depth) = self.penetration(s, p)?;
-            let k = self.stiffness * s.area;
+            let k = self.stiffness_at(s);
             let magnitude = k * depth;
             Some(Push { rest: s.rest, point: s.point, force: magnitude * normal, normal, stiffness: k, magnitude })
         })
@@ -105,7 +105,12 @@ impl Layer<'_> {
     /// Sum of the stiffnesses of the samples inside a tool at `p` (m), N/m.
     pub fn total_stiffness(&self, samples: &[SurfacePoint], p: Vec3) -> f64 {
         let inside = samples.iter().filter(|s| self.penetration(s, p).is_some());
-        inside.map(|s| self.stiffness * s.area).sum()
+        inside.map(|s| self.stiffness_at(s)).sum()
+    }
+
+    /// Stiffness of the layer at a sample, N/m.
+    fn stiffness_at(&self, s: &SurfacePoint) -> f64 {
+        self.stiffness * s.layer_factor * s.area
     }
 
     /// Unit outward normal of a tool at `p` at a sample inside of it, and the depth of the sample, m; `None` outside.
@@ -138,6 +143,7 @@ mod tests {
                     normal: Vec3::zeros(),
                     distance: 0.0,
                     area: spacing * spacing,
+                    layer_factor: 1.0,
                     triangle: None,
                 });
             }

@@ -28,6 +28,8 @@ pub struct SurfacePoint {
     pub distance: f64,
     /// Area of a sample, m^2; 0 for a point of a triangle.
     pub area: f64,
+    /// Stiffness of the elastic layer at a sample, relative to that of its body; 1 for a point of a triangle.
+    pub layer_factor: f64,
     /// The triangle it is on; `None` for a sample.
     pub triangle: Option<TrianglePoint>,
 }
@@ -172,6 +174,7 @@ impl ProximitySearch {
         let side = self.side;
         for (at, &cell) in self.cells.iter().enumerate() {
             let (turn, begin) = (self.turns[at], self.weights_of[at]);
+            let layer_factor = body.layer_factor(lattice, cell);
             for (i, s) in lattice.samples_of(samples, cell).enumerate() {
                 let point = self.carried[begin + i];
                 let distance = (query.centre - point).norm();
@@ -184,7 +187,16 @@ impl ProximitySearch {
                 }
                 let area = if facing >= 0.0 { samples.area[s] } else { -samples.area[s] };
                 let (rest, normal) = (samples.place[s], samples.normal[s]);
-                out.push(SurfacePoint { body: index, point, rest, normal, distance, area, triangle: None });
+                out.push(SurfacePoint {
+                    body: index,
+                    point,
+                    rest,
+                    normal,
+                    distance,
+                    area,
+                    layer_factor,
+                    triangle: None,
+                });
             }
         }
         self.side = if side == 0.0 { closest.1 } else { side };
@@ -284,7 +296,16 @@ impl ProximitySearch {
                 let (rest, normal) = (interpolate(corners, found.bary), normal_of(corners));
                 let triangle = Some(TrianglePoint::new(triangle, found.bary, corners));
                 let rest = if lattice.has_cuts() { inward(rest, normal, lattice.edge()) } else { rest };
-                out.push(SurfacePoint { body: index, point: found.point, rest, normal, distance, area: 0.0, triangle });
+                out.push(SurfacePoint {
+                    body: index,
+                    point: found.point,
+                    rest,
+                    normal,
+                    distance,
+                    area: 0.0,
+                    layer_factor: 1.0,
+                    triangle,
+                });
             }
         }
         Ok(())

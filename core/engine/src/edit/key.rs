@@ -13,6 +13,8 @@ pub enum KeyName {
     Strength,
     /// `param`, a parameter of the body's material.
     Param,
+    /// `depth` of what is painted.
+    Depth,
 }
 
 impl KeyName {
@@ -24,6 +26,7 @@ impl KeyName {
             Self::Falloff => "falloff",
             Self::Strength => "strength",
             Self::Param => "param",
+            Self::Depth => "depth",
         }
     }
 }

@@ -6,7 +6,7 @@ use super::brush::BrushShape;
 use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
 use super::touch_stroke::{BodyChange, ChangingTouch, Due};
 use super::{Action, EditKind, Step};
-use crate::body::{FactorChange, LatticeError};
+use crate::body::{FactorChange, LatticeError, PaintDepth};
 use crate::plan::Edit;
 use crate::tool::Tool;
 
@@ -41,6 +41,11 @@ impl EditKind for Paint {
                 default: "young",
                 summary: "Parameter of the material that is painted, one that may vary over a body.",
             },
+            Key {
+                name: KeyName::Depth,
+                default: "through",
+                summary: "How deep it paints: through, surface (the side that faces the tool), or the thickness of a layer below it.",
+            },
         ]
     }
 
@@ -60,6 +65,7 @@ impl EditKind for Paint {
         let painting = Painting {
             param: edit.param.clone().unwrap_or_else(|| PARAM.into()),
             factor: edit.strength.unwrap_or(FACTOR),
+            depth: edit.depth,
             refused_by: None,
         };
         ChangingTouch::begin(BrushShape::of(edit, tool), painting)
@@ -72,6 +78,7 @@ struct Painting {
     param: String,
     /// Factor to reach.
     factor: f64,
+    depth: PaintDepth,
     /// Body whose material has refused the parameter.
     refused_by: Option<u32>,
 }
@@ -92,6 +99,6 @@ impl BodyChange for Painting {
             return Ok(false);
         };
         let octaves = seconds / OCTAVE_TIME;
-        body.paint(at.rest, shape, FactorChange { plane, goal: self.factor, octaves })
+        body.paint(at.rest, shape, self.depth, FactorChange { plane, goal: self.factor, octaves })
     }
 }

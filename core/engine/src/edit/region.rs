@@ -84,7 +84,7 @@ impl CoupledRegion {
             let (stiffness, damping) = (diagonal(fraction * k), diagonal(fraction * damping));
             springs.push(n, fraction * pulled(n), stiffness, damping, nodes.x[n as usize]);
         }
-        tool.limit_springs(body, at.body, magnitude);
+        tool.limit_springs(body, at.body, at.rest, magnitude)?;
         Ok(tool.coupling_factor * magnitude)
     }
 

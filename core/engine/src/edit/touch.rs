@@ -64,7 +64,7 @@ impl Action for Touching {
         tool.depth = (settled - now).dot(&touch.normal);
         let pulled = tool.coupling.stiffness * (hand - p);
         if touch.triangle.and_then(|triangle| triangle.coarse_corners(body)).is_some() {
-            return tool.press_corners(body, touch.body, pulled);
+            return tool.press_corners(body, touch.body, touch.rest, pulled);
         }
         tool.press_disc(body, touch.body, touch.rest, touch.rest_normal, pulled)
     }

@@ -1,6 +1,6 @@
 //! Checks of a parsed scene: names, ranges of numbers, keys that belong together.
 
-use crate::body::Axes;
+use crate::body::{Axes, PaintDepth};
 use crate::edit::{Command, EditKind, KeyName, Strength};
 use crate::scene::{
     Amount, BladeScene, BodyScene, DeviceScene, EditScene, Extent, FieldScene, FixedScene, IntegratorChoice, Length,
@@ -62,6 +62,24 @@ pub(crate) fn strength(edit: &EditScene, kind: &dyn EditKind, source: &Source) -
         Some(_) => Ok(Some(value)),
         None => Check(source).above(value, given.span(), "strength", &format!(" {unit}")).map(|()| Some(value)),
     }
+}
+
+/// The `depth` of an edit.
+///
+/// # Errors
+/// Fails for a text that is neither `through`, `surface` nor a length, and for a length that is not above 0.
+pub(super) fn depth(edit: &EditScene, source: &Source) -> Result<PaintDepth, SceneError> {
+    let Some(given) = &edit.depth else { return Ok(PaintDepth::Through) };
+    let thickness = match given.get_ref() {
+        Amount::Number(value) => *value,
+        Amount::Text(text) if text == "through" => return Ok(PaintDepth::Through),
+        Amount::Text(text) if text == "surface" => return Ok(PaintDepth::Layer(0.0)),
+        Amount::Text(text) => parse_quantity(text, "m").map_err(|why| {
+            let allowed = "allowed is \"through\", \"surface\" or the thickness of a layer";
+            source.error(given.span(), format!("depth {text:?}: {allowed}; {why}"))
+        })?,
+    };
+    Check(source).above(thickness, given.span(), "depth", " m").map(|()| PaintDepth::Layer(thickness))
 }
 
 /// The axes of each mirror image of an edit: every non-empty combination of the axes of its `symmetry`.
@@ -452,6 +470,7 @@ impl Check<'_> {
             (KeyName::Falloff, edit.falloff.as_ref().map(Spanned::span)),
             (KeyName::Strength, edit.strength.as_ref().map(Spanned::span)),
             (KeyName::Param, edit.param.as_ref().map(Spanned::span)),
+            (KeyName::Depth, edit.depth.as_ref().map(Spanned::span)),
         ];
         let (name, known) = match self.command(edit)? {
             Command::Tool(kind) => (kind.name(), kind.keys()),

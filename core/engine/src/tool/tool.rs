@@ -299,11 +299,17 @@ impl Tool {
         pulled: Vec3,
     ) -> Result<(), LatticeError> {
         self.patch.sample(rest, normal, body.discretization.edge());
-        self.press_patch(body, index, pulled)
+        self.press_patch(body, index, rest, pulled)
     }
 
-    /// Applies a force (N) to the corners of the triangles of body number `index` that the proxy presses on.
-    pub(crate) fn press_corners(&mut self, body: &mut Body, index: u32, pulled: Vec3) -> Result<(), LatticeError> {
+    /// Applies a force (N) to the corners of the triangles of body number `index` that the proxy presses on, around the rest position `rest` (m).
+    pub(crate) fn press_corners(
+        &mut self,
+        body: &mut Body,
+        index: u32,
+        rest: Vec3,
+        pulled: Vec3,
+    ) -> Result<(), LatticeError> {
         let Patch { points, fractions } = &mut self.patch;
         points.clear();
         fractions.clear();
@@ -318,33 +324,37 @@ impl Tool {
                 fractions.push(fraction * weight);
             }
         }
-        self.press_patch(body, index, pulled)
+        self.press_patch(body, index, rest, pulled)
     }
 
-    /// Applies the pull of the coupling (N) to the points of the contact patch.
-    fn press_patch(&mut self, body: &mut Body, index: u32, pulled: Vec3) -> Result<(), LatticeError> {
+    /// Applies the pull of the coupling (N) to the points of the contact patch, which is around the rest position `rest` (m).
+    fn press_patch(&mut self, body: &mut Body, index: u32, rest: Vec3, pulled: Vec3) -> Result<(), LatticeError> {
         self.loads.clear();
         for (point, fraction) in self.patch.points.iter().zip(&self.patch.fractions) {
             let [stiffness, damping] = [self.coupling.stiffness, self.coupling.damping].map(|k| diagonal(fraction * k));
             self.loads.push(*point, *fraction * pulled, stiffness, damping);
         }
         self.attach_loads(body, index)?;
-        self.limit_springs(body, index, pulled.norm());
-        Ok(())
+        self.limit_springs(body, index, rest, pulled.norm())
     }
 
     /// Limits its springs on the nodes of body number `index`, whose forces have the total magnitude `size` (N), to the coupling's largest force and to the
-    /// stiffness of the elastic layer: a solid that meets a stiffer spring overshoots within a step.
-    pub(crate) fn limit_springs(&mut self, body: &Body, index: u32, size: f64) {
+    /// stiffness of the elastic layer at the rest position `rest` (m): a solid that meets a stiffer spring overshoots within a step.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(crate) fn limit_springs(&mut self, body: &Body, index: u32, rest: Vec3, size: f64) -> Result<(), LatticeError> {
         let springs = &mut self.springs[index as usize];
         let stiffest = springs.max_stiffness();
         if body.discretization.lattice().is_some() && stiffest > 0.0 {
-            self.coupling_factor = (body.layer_stiffness * body.discretization.edge().powi(2) / stiffest).min(1.0);
+            let layer = body.layer_stiffness_at(rest)? * body.discretization.edge().powi(2);
+            self.coupling_factor = (layer / stiffest).min(1.0);
         }
         let felt = self.coupling_factor;
         // Within a step a limited force ends where the whole one would: a force that stayed would fling the surface away.
         let scale = self.cap(felt * size);
         self.springs[index as usize].scale(felt * scale);
+        Ok(())
     }
 
     /// Distributes [`Tool::loads`] to the nodes of the body `index`.

@@ -8,6 +8,7 @@
 use super::fragments::{CellFragment, NodeKey};
 use super::{Lattice, LatticeError};
 use crate::body::painted_factors::{FactorChange, PaintBall, PaintedFactors};
+use crate::body::surface_layer::SurfaceLayer;
 use pliant_solver::{Nodes, System, Vec3};
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
@@ -140,21 +141,22 @@ impl Lattice {
         self.pinned.get(node).copied().unwrap_or(false)
     }
 
-    /// Moves the factors of cells around the centre of a ball, by the weight of their distance (m) from it, and gives them to the elements. Returns
-    /// whether any factor has changed.
+    /// Moves the factors of cells around the centre of a ball, and of a layer if one is given, by the weight of their distance (m) from it, and gives
+    /// them to the elements. In a layer the point of the surface over a cell has the distance. Returns whether any factor has changed.
     ///
     /// # Errors
     /// Returns the error of the material.
     pub(in crate::body) fn paint(
         &mut self,
-        ball: PaintBall<'_>,
+        (ball, layer): (PaintBall<'_>, Option<SurfaceLayer<'_>>),
         weight: impl Fn(f64) -> f64,
         change: FactorChange,
         planes: usize,
         system: &mut System,
     ) -> Result<bool, LatticeError> {
         let cells = self.region.cell_id.iter().copied().zip(self.region.cell_corners.iter().copied());
-        let mut cells = ball.weights(cells, &system.nodes.rest, weight);
+        let place = |_, middle| layer.as_ref().map_or(Some(middle), |layer| layer.point_over(middle, self.facts.edge));
+        let mut cells = ball.weights(cells, &system.nodes.rest, place, weight);
         // Fragments of a cell have the factor of the cell.
         cells.dedup_by_key(|(id, _)| *id);
         if !Arc::make_mut(&mut self.paint.factors).approach(cells.into_iter(), planes, change) {

@@ -84,8 +84,7 @@ impl Action for Cutting {
             tool.loads.push(point, fraction * pulled, stiffness, damping);
         }
         tool.attach_loads(body, inside.body)?;
-        tool.limit_springs(body, inside.body, pulled.norm());
-        Ok(())
+        tool.limit_springs(body, inside.body, inside.points[0], pulled.norm())
     }
 
     fn release(&mut self) {

@@ -48,6 +48,9 @@ pub struct EditScene {
     /// Parameter of the material that a `paint` changes, such as `density`; `young`, the stiffness, by default.
     #[schemars(with = "Option<String>")]
     pub param: Option<Spanned<String>>,
+    /// How deep a `paint` goes: `through` by default, `surface`, or the thickness of a layer in m.
+    #[schemars(with = "Option<Amount>")]
+    pub depth: Option<Spanned<Amount>>,
 }
 
 /// A number in SI units or a text with a unit; the quantity depends on the kind of the edit.
