@@ -33,7 +33,7 @@ pub enum MaterialLook {
 /// Most memory that decoding an image may take, bytes.
 const DECODING_LIMIT: u64 = 1 << 30;
 /// Largest edge of a texture, pixels.
-const MAX_EDGE: u32 = 2048;
+pub(crate) const MAX_EDGE: u32 = 2048;
 /// Most memory for the textures of a body, bytes.
 const MAX_BYTES: usize = 1 << 28;
 
@@ -65,7 +65,7 @@ impl SurfaceMaterials {
 }
 
 /// Reads a PNG or JPEG image.
-fn read_image(path: &Path) -> Result<DynamicImage, String> {
+pub(crate) fn read_image(path: &Path) -> Result<DynamicImage, String> {
     let bytes = read_file(path, IMAGE_LIMIT).map_err(|error| error.to_string())?;
     let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
     let mut limits = Limits::default();

@@ -26,6 +26,26 @@ pub const REDO: &str = "Redo";
 pub const HISTORY: &str = "History";
 /// The first entry of the list of strokes.
 pub const AS_OPENED: &str = "as opened";
+/// Heading of the reference image.
+pub const REFERENCE: &str = "Reference";
+/// Asks for a reference image.
+pub const OPEN_REFERENCE: &str = "Reference image...";
+/// See [`OPEN_REFERENCE`].
+pub const REFERENCE_HINT: &str = "A PNG or JPEG behind the model, which may also be dropped on the window.";
+/// Takes the reference image away.
+pub const REMOVE: &str = "Remove";
+/// Where the image stands.
+pub const PLANE: &str = "Stands";
+/// See [`PLANE`].
+pub const PLANES: [&str; 4] = ["front", "side", "top", "behind, facing you"];
+/// Controls of the image.
+pub const REFERENCE_OPACITY: &str = "Image opacity";
+/// See [`REFERENCE_OPACITY`].
+pub const REFERENCE_HEIGHT: &str = "Height";
+/// See [`REFERENCE_OPACITY`].
+pub const REFERENCE_RIGHT: &str = "To the right";
+/// See [`REFERENCE_OPACITY`].
+pub const REFERENCE_UP: &str = "Up";
 /// Heading of the sculpt layers.
 pub const LAYERS: &str = "Layers";
 /// Adds a layer.

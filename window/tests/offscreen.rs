@@ -18,6 +18,7 @@ use pliant_mesh::{ObjDocument, Placement, generate};
 use pliant_window::gl::{Channels, GlRenderer, PixelArea, Scene, Shading, SurfaceRenderer, Wireframe};
 use pliant_window::materials::{MaterialLook, SurfaceMaterials};
 use pliant_window::picture::{CUT, Patch, Upload};
+use pliant_window::reference::ReferenceQuad;
 use pliant_window::view::{Camera, Eye, Projection};
 use std::sync::Arc;
 
@@ -115,6 +116,7 @@ fn scene(camera: &Camera) -> Scene {
         background: [[0.0, 1.0, 0.0]; 2],
         channels: Channels::All,
         lines: Vec::new(),
+        reference: None,
     }
 }
 
@@ -267,4 +269,43 @@ fn patches_change_places_and_looks_and_the_inside_is_marked() {
     assert!(plain[2] <= plain[0], "a sheet has two good sides: {plain:?}");
     offscreen.renderer.clear();
     assert_eq!(count(&offscreen.draw(&scene(&camera))), 0.0);
+}
+
+/// An image of four colours behind a ball: it stands upright, the ball hides its middle, and half an opacity lets the background through.
+#[test]
+fn a_reference_image_stands_upright_behind_the_model() {
+    let mut offscreen = Offscreen::new();
+    let ball = surface(generate::sphere(24, 1.0).unwrap());
+    offscreen.renderer.upload(&Upload::whole(0, &ball));
+    let colours = [[255, 0, 0], [0, 0, 255], [255, 255, 255], [0, 0, 0]];
+    // Red and blue above, white and black below.
+    let image = RgbaImage::from_fn(64, 64, |x, y| {
+        let [r, g, b] = colours[usize::from(x >= 32) + 2 * usize::from(y >= 32)];
+        Rgba([r, g, b, 255])
+    });
+    offscreen.renderer.upload_reference(&image);
+    // The picture sees 1.5 m to each side; the image has 1.2 m.
+    let corners = [[-1.2, -1.2, -1.1], [1.2, -1.2, -1.1], [-1.2, 1.2, -1.1], [1.2, 1.2, -1.1]];
+    for (opacity, background) in [(1.0_f32, 0.0_f32), (0.5, 0.5)] {
+        let reference = Some(ReferenceQuad { corners, opacity });
+        let pixels = offscreen.draw(&Scene { reference, ..scene(&camera()) });
+        // m, from the middle, to the right and up
+        let at = |x: f64, y: f64| {
+            let pixel = |c: f64| ((c / 1.5 + 1.0) * 0.5 * f64::from(SIZE)) as usize;
+            pixels[(SIZE as usize - 1 - pixel(y)) * SIZE as usize + pixel(x)]
+        };
+        for ([x, y], colour) in [[-1.0, 1.0], [1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].into_iter().zip(colours) {
+            // The background is green.
+            let expected = [0, 1, 2].map(|c| {
+                let green = if c == 1 { 255.0 } else { 0.0 };
+                f32::from(colour[c]) * opacity + green * background
+            });
+            let found = at(x, y).map(f32::from);
+            let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(off < 4.0, "at {x}, {y} with {opacity}: {found:?}, and not {expected:?}");
+        }
+        assert_eq!(at(1.4, 0.0), [0, 255, 0], "nothing beside the image");
+        let [r, g, b] = at(-0.2, 0.2);
+        assert!(r.abs_diff(g) < 40 && g.abs_diff(b) < 40, "the ball, and no red: {r} {g} {b}");
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::App;
 use crate::opening::OpenRequest;
+use crate::reference::is_image;
 use crate::sim::{Abandoned, Command};
 use crate::strings;
 use eframe::egui::{self, Key, KeyboardShortcut, Modifiers, ViewportCommand};
@@ -23,6 +24,7 @@ pub(super) enum Purpose {
     SaveAs,
     SaveSession,
     Export,
+    Reference,
 }
 
 /// A question about shapes that have not been saved.
@@ -67,6 +69,9 @@ impl App {
                     }
                     if item(ui, strings::SAVE_SESSION, SAVE_SESSION, is_open) {
                         self.ask_for_file(Purpose::SaveSession);
+                    }
+                    if ui.add_enabled(is_open, egui::Button::new(strings::OPEN_REFERENCE)).clicked() {
+                        self.ask_for_file(Purpose::Reference);
                     }
                     if item(ui, strings::EXPORT, EXPORT, is_open) {
                         self.ask_for_file(Purpose::Export);
@@ -155,20 +160,23 @@ impl App {
         }
     }
 
-    fn ask_for_file(&mut self, purpose: Purpose) {
+    pub(super) fn ask_for_file(&mut self, purpose: Purpose) {
         let path = match purpose {
             Purpose::Open => self.request.path.clone(),
             Purpose::SaveAs => self.save_path.clone().unwrap_or_else(|| self.request.path.with_extension("obj")),
             Purpose::SaveSession => self.request.path.with_extension("rec"),
             Purpose::Export => self.request.path.with_extension("glb"),
+            Purpose::Reference => self.request.path.with_extension("png"),
         };
         self.dialog = Some(FileDialog { purpose, path: path.to_string_lossy().into_owned(), browsing: None });
     }
 
-    /// A file that was dropped on the window is opened.
+    /// A file that was dropped on the window is opened; an image is shown behind the model that is open.
     pub(super) fn dropped_files(&mut self, context: &egui::Context) {
         let dropped = context.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_path_buf()));
-        if let Some(path) = dropped {
+        if let Some(path) = dropped.clone().filter(|path| is_image(path) && self.model.is_some()) {
+            self.open_reference(&path);
+        } else if let Some(path) = dropped {
             self.open_if_saved(OpenRequest { path, shape: None, unit: None, substance: None, ..self.request.clone() });
         }
     }
@@ -216,6 +224,7 @@ impl App {
             Purpose::SaveAs => strings::SAVE_AS,
             Purpose::SaveSession => strings::SAVE_SESSION,
             Purpose::Export => strings::EXPORT,
+            Purpose::Reference => strings::OPEN_REFERENCE,
         };
         let (mut answer, mut is_done) = (None, false);
         if let Some(browsing) = &dialog.browsing {
@@ -253,6 +262,7 @@ impl App {
                 });
             }
             (Some(path), Purpose::SaveAs | Purpose::Export) => self.send(Command::Save { path, for_user: true }),
+            (Some(path), Purpose::Reference) => self.open_reference(&path),
             (Some(path), Purpose::SaveSession) => self.send(Command::SaveSession { path }),
             (None, _) if !is_done => self.dialog = Some(dialog),
             (None, _) => {}
@@ -330,6 +340,7 @@ fn browse(purpose: Purpose, path: &str, context: egui::Context) -> Option<Receiv
         }
         let answer = match purpose {
             Purpose::Open => dialog.add_filter("models and scenes", &["obj", "toml"]).pick_file(),
+            Purpose::Reference => dialog.add_filter("images", &["png", "jpg", "jpeg"]).pick_file(),
             Purpose::SaveAs | Purpose::SaveSession | Purpose::Export => {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 dialog.set_file_name(name).save_file()

@@ -9,6 +9,7 @@ mod log;
 mod measure;
 mod model;
 mod panels;
+mod reference_panel;
 mod unit_question;
 mod viewport;
 
@@ -30,6 +31,7 @@ use layers::LayerPanel;
 use measure::ScriptedStrokes;
 use model::Model;
 use pliant_editor::Substance;
+use reference_panel::Reference;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -106,6 +108,7 @@ pub struct App {
     /// The pointer of those who use no mouse.
     keys: KeyPointer,
     layers: LayerPanel,
+    reference: Reference,
     force: ForcePlot,
     times: FrameTimes,
     script: Option<ScriptedStrokes>,
@@ -152,6 +155,7 @@ impl App {
             messages: Vec::new(),
             keys: KeyPointer::default(),
             layers: LayerPanel::default(),
+            reference: Reference::default(),
             force: ForcePlot::default(),
             times: FrameTimes::default(),
             script: None,
@@ -297,6 +301,7 @@ impl App {
                 let is_solid = model.facts.taken_as == Some(Substance::Solid);
                 self.opened_young = is_solid.then_some(self.request.solid.young);
                 self.model = Some(model);
+                self.open_remembered_reference();
                 self.resize_tool();
             }
             Notice::Failed(text) => {
@@ -388,6 +393,7 @@ impl App {
                 self.messages.push((Instant::now(), problem));
             }
         }
+        self.update_reference(ui.ctx());
         self.shortcuts(ui.ctx());
         self.dropped_files(ui.ctx());
         self.menu(ui);

@@ -35,6 +35,8 @@ pub(super) struct Model {
     has_edges: bool,
     /// When edges were listed last.
     edges_listed: Option<Instant>,
+    /// m, least and greatest coordinates of all bodies when they were opened
+    opened_bounds: [Vector3<f64>; 2],
     /// Until the materials are there.
     materials: Option<MaterialLoad>,
     pub(super) uploads: Vec<Upload>,
@@ -76,7 +78,7 @@ impl Model {
         control.wait_at(
             surfaces.first().map_or(Vector3::zeros(), |s| s.origin) + facts.hand.size * Vector3::new(0.0, 2.0, 0.0),
         );
-        let waker = Waker::start(&reader, context);
+        let (waker, opened_bounds) = (Waker::start(&reader, context), bounds_of(&surfaces));
         Self {
             facts,
             hand: control,
@@ -86,6 +88,7 @@ impl Model {
             pickers,
             has_edges: false,
             edges_listed: None,
+            opened_bounds,
             materials,
             uploads,
             is_new: true,
@@ -184,20 +187,13 @@ impl Model {
 
     /// Centre and radius (m) of a ball around all bodies.
     pub(super) fn ball(&self) -> (Point3<f64>, f64) {
-        let [low, high] = self.bounds();
-        (Point3::from(0.5 * (low + high)), (0.5 * (high - low).norm()).max(1e-6))
+        ball_of(bounds_of(&self.surfaces))
     }
 
-    /// m, least and greatest coordinates
-    fn bounds(&self) -> [Vector3<f64>; 2] {
-        let mut bounds = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
-        for surface in &self.surfaces {
-            for place in surface.positions() {
-                let place = surface.origin + Vector3::from(place.map(f64::from));
-                bounds = [bounds[0].inf(&place), bounds[1].sup(&place)];
-            }
-        }
-        bounds
+    /// m, least and greatest coordinates of all bodies when they were opened: what stands around the model stays while it moves, and
+    /// looks at no vertex.
+    pub(super) fn opened_bounds(&self) -> [Vector3<f64>; 2] {
+        self.opened_bounds
     }
 
     /// The grid on the ground and the simulated cells.
@@ -218,11 +214,11 @@ impl Model {
     }
 
     fn ground(&self, camera: &Camera, lines: &mut Vec<Line>) {
-        let (centre, radius) = self.ball();
+        let (centre, radius) = ball_of(self.opened_bounds);
         let up = camera.up_direction();
         let step = round_length(0.5 * radius);
         let (u, v) = (Vector3::new(1.0, 0.0, 0.0), Vector3::new(1.0, 0.0, 0.0).cross(&up));
-        let [low, _] = self.bounds();
+        let [low, _] = self.opened_bounds;
         let height = low.dot(&up.abs());
         let reach = (2.0 * radius / step).ceil() as i32;
         let round = |x: f64| (x / step).round() * step;
@@ -236,6 +232,23 @@ impl Model {
             lines.push(Line { ends: [end(-far, at), end(far, at)], colour });
         }
     }
+}
+
+/// m, least and greatest coordinates of surfaces
+fn bounds_of(surfaces: &[ViewSurface]) -> [Vector3<f64>; 2] {
+    let mut bounds = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
+    for surface in surfaces {
+        for place in surface.positions() {
+            let place = surface.origin + Vector3::from(place.map(f64::from));
+            bounds = [bounds[0].inf(&place), bounds[1].sup(&place)];
+        }
+    }
+    bounds
+}
+
+/// Centre and radius (m) of the ball around a box (m).
+fn ball_of([low, high]: [Vector3<f64>; 2]) -> (Point3<f64>, f64) {
+    (Point3::from(0.5 * (low + high)), (0.5 * (high - low).norm()).max(1e-6))
 }
 
 /// Asks for a repaint when a frame differs from the last, so that a picture in which nothing moves costs nothing.

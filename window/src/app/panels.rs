@@ -19,6 +19,8 @@ impl App {
                 self.tool_panel(ui);
                 ui.separator();
                 self.view_panel(ui);
+                ui.separator();
+                self.reference_panel(ui);
             });
         });
     }

@@ -260,7 +260,7 @@ impl App {
     }
 
     fn paint(&mut self, ui: &egui::Ui, rect: egui::Rect) {
-        let lines = self.lines();
+        let (lines, reference, picture) = (self.lines(), self.reference_quad(), self.reference.take_upload());
         let Some(model) = &mut self.model else { return };
         let Some(renderer) = &self.renderer else {
             model.uploads.clear();
@@ -286,9 +286,11 @@ impl App {
             background,
             channels: Channels::All,
             lines,
+            reference,
         };
         // Uploads are made once, even if the picture is painted again.
-        let uploads = std::sync::Mutex::new((std::mem::take(&mut model.is_new), std::mem::take(&mut model.uploads)));
+        let uploads =
+            std::sync::Mutex::new((std::mem::take(&mut model.is_new), std::mem::take(&mut model.uploads), picture));
         let (renderer, times) = (Arc::clone(renderer), Arc::clone(&self.times.drawn));
         let paint = move |info: egui::PaintCallbackInfo, _: &egui_glow::Painter| {
             let (Ok(mut renderer), Ok(mut uploads)) = (renderer.lock(), uploads.lock()) else { return };
@@ -298,6 +300,9 @@ impl App {
             }
             for upload in uploads.1.drain(..) {
                 renderer.upload(&upload);
+            }
+            if let Some(picture) = uploads.2.take() {
+                renderer.upload_reference(&picture);
             }
             let uploaded = began.elapsed();
             let area = info.viewport_in_pixels();

@@ -3,12 +3,15 @@
 mod buffers;
 mod matcap;
 mod material_textures;
+mod reference_picture;
 mod renderer;
 mod shaders;
 
 pub use renderer::GlRenderer;
 
 use crate::picture::Upload;
+use crate::reference::ReferenceQuad;
+use image::RgbaImage;
 use nalgebra::Matrix4;
 
 /// How surfaces are shaded.
@@ -99,6 +102,8 @@ pub struct Scene {
     pub channels: Channels,
     /// Lines to draw in the scene: two ends (m) and a colour each.
     pub lines: Vec<Line>,
+    /// Where the reference image is drawn, behind everything else; `None` for nowhere.
+    pub reference: Option<ReferenceQuad>,
 }
 
 /// A line in the scene.
@@ -127,6 +132,9 @@ pub struct PixelArea {
 pub trait SurfaceRenderer {
     /// Takes over what has changed of a body.
     fn upload(&mut self, upload: &Upload);
+
+    /// Takes over the reference image.
+    fn upload_reference(&mut self, image: &RgbaImage);
 
     /// Forgets all bodies.
     fn clear(&mut self);

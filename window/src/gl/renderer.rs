@@ -7,10 +7,12 @@
 
 use super::buffers::BodyBuffers;
 use super::material_textures::MaterialTextures;
+use super::reference_picture::ReferencePicture;
 use super::{Channels, Line, PixelArea, Scene, Shading, SurfaceRenderer, Wireframe, matcap, shaders};
 use crate::materials::SurfaceMaterials;
 use crate::picture::Upload;
 use eframe::glow::{self, HasContext};
+use image::RgbaImage;
 use nalgebra::{Matrix4, Vector3};
 use std::sync::Arc;
 
@@ -22,6 +24,9 @@ pub struct GlRenderer {
     edge: glow::Program,
     line: glow::Program,
     background: glow::Program,
+    picture: glow::Program,
+    /// The reference image.
+    reference: Option<ReferencePicture>,
     balls: glow::Texture,
     /// Of bodies without materials.
     plain: MaterialTextures,
@@ -50,6 +55,7 @@ impl GlRenderer {
             let edge = program(&gl, shaders::EDGE_VERTEX, shaders::EDGE_FRAGMENT)?;
             let line = program(&gl, shaders::LINE_VERTEX, shaders::LINE_FRAGMENT)?;
             let background = program(&gl, shaders::BACKGROUND_VERTEX, shaders::BACKGROUND_FRAGMENT)?;
+            let picture = program(&gl, shaders::PICTURE_VERTEX, shaders::PICTURE_FRAGMENT)?;
             let balls = ball_texture(&gl)?;
             let plain = MaterialTextures::new(&gl, &SurfaceMaterials::default())?;
             let (empty, lines) = (gl.create_vertex_array()?, gl.create_vertex_array()?);
@@ -68,6 +74,8 @@ impl GlRenderer {
                 edge,
                 line,
                 background,
+                picture,
+                reference: None,
                 balls,
                 plain,
                 empty,
@@ -102,6 +110,24 @@ impl GlRenderer {
             gl.disable(glow::DEPTH_TEST);
             gl.bind_vertex_array(Some(self.empty));
             gl.draw_arrays(glow::TRIANGLES, 0, 3);
+        }
+    }
+
+    /// Draws the reference image, without depth: nothing is ever behind it.
+    fn draw_reference(&self, scene: &Scene) {
+        let (Some(quad), Some(picture)) = (&scene.reference, &self.reference) else { return };
+        self.use_program(self.picture, scene, &scene.view);
+        // SAFETY: see the module; the program makes four vertices by itself.
+        unsafe {
+            let gl = &self.gl;
+            let place = |name| gl.get_uniform_location(self.picture, name);
+            gl.uniform_3_f32_slice(place("corners").as_ref(), quad.corners.as_flattened());
+            gl.uniform_1_f32(place("opacity").as_ref(), quad.opacity);
+            gl.uniform_1_i32(place("image").as_ref(), 0);
+            gl.active_texture(glow::TEXTURE0);
+            gl.bind_texture(glow::TEXTURE_2D, Some(picture.texture));
+            gl.bind_vertex_array(Some(self.empty));
+            gl.draw_arrays(glow::TRIANGLE_STRIP, 0, 4);
         }
     }
 
@@ -196,6 +222,14 @@ impl SurfaceRenderer for GlRenderer {
         self.bodies[upload.body].upload(&self.gl, upload);
     }
 
+    fn upload_reference(&mut self, image: &RgbaImage) {
+        if let Some(old) = self.reference.take() {
+            old.delete(&self.gl);
+        }
+        // Where the card takes no texture there is no image.
+        self.reference = ReferencePicture::new(&self.gl, image).ok();
+    }
+
     fn clear(&mut self) {
         for body in self.bodies.drain(..) {
             body.delete(&self.gl);
@@ -217,10 +251,11 @@ impl SurfaceRenderer for GlRenderer {
             gl.clear_depth_f32(1.0);
             gl.clear(glow::DEPTH_BUFFER_BIT);
             self.draw_background(scene);
-            gl.enable(glow::DEPTH_TEST);
-            gl.depth_func(glow::LEQUAL);
             gl.enable(glow::BLEND);
             gl.blend_func(glow::ONE, glow::ONE_MINUS_SRC_ALPHA);
+            self.draw_reference(scene);
+            gl.enable(glow::DEPTH_TEST);
+            gl.depth_func(glow::LEQUAL);
             self.draw_lines(scene);
             if scene.wireframe != Wireframe::Only {
                 // What is behind a surface that is seen through shall be seen.

@@ -164,3 +164,28 @@ uniform vec3 bottom;
 out vec4 colour;
 void main() { colour = vec4(mix(bottom, top, clamp(height, 0.0, 1.0)), 1.0); }
 ";
+
+/// A picture in the scene: a strip of two triangles with a corner for each vertex.
+pub(super) const PICTURE_VERTEX: &str = r"#version 330 core
+uniform mat4 to_eye;
+uniform mat4 projection;
+uniform vec3 corners[4];
+out vec2 texture_at;
+void main() {
+    texture_at = vec2(float(gl_VertexID % 2), float(gl_VertexID / 2));
+    gl_Position = projection * (to_eye * vec4(corners[gl_VertexID], 1.0));
+}
+";
+
+/// Pixels of a picture in the scene.
+pub(super) const PICTURE_FRAGMENT: &str = r"#version 330 core
+in vec2 texture_at;
+uniform sampler2D image;
+uniform float opacity;
+out vec4 colour;
+void main() {
+    vec4 pixel = texture(image, texture_at);
+    float a = pixel.a * opacity;
+    colour = vec4(pixel.rgb * a, a);
+}
+";

@@ -121,8 +121,8 @@ const SHAPE: &str = "shape.obj";
 const NOTE: &str = "session.json";
 const LOCK: &str = "lock";
 
-/// The folder of all sessions: `$XDG_STATE_HOME/pliant/autosave`, or where the system keeps such things.
-fn state_folder() -> Option<PathBuf> {
+/// The folder of all sessions: `$XDG_STATE_HOME/pliant/autosave`, or where the system keeps such things; `None` without a home folder.
+pub fn state_folder() -> Option<PathBuf> {
     let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let state =
         set("XDG_STATE_HOME").or_else(|| set("LOCALAPPDATA")).or_else(|| Some(set("HOME")?.join(".local/state")));

@@ -9,7 +9,7 @@ mod messages;
 mod session_file;
 mod thread;
 
-pub use autosave::{Abandoned, abandoned};
+pub use autosave::{Abandoned, abandoned, state_folder};
 pub use export::{ModelFormat, write_bodies};
 pub use gauges::{Gauges, StepTimes};
 pub use history::{Stroke, StrokeLog};

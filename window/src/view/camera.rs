@@ -94,7 +94,7 @@ impl Camera {
     }
 
     /// A direction in axes with y up, in the axes of the scene.
-    fn to_scene(self, v: Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn to_scene(self, v: Vector3<f64>) -> Vector3<f64> {
         match self.up {
             UpAxis::Y => v,
             UpAxis::Z => Vector3::new(v.x, -v.z, v.y),
