@@ -145,6 +145,8 @@ extern PLIANT_EXPORT const pliant_library pliant_entry;
 #define PLIANT_IS_COUPLED 16u /* hinges and triangles: coupled bending; requires the extension pliant_coupled */
 #define PLIANT_WANTS_NORMALS 32u /* triangles and hinges: an energy of vertex normals; requires the extension pliant_normals */
 #define PLIANT_HAS_SINGLE 64u /* with HAS_FORCES: stiffness in single precision; requires the extension pliant_single */
+#define PLIANT_CAN_FAIL 256u /* with HAS_HISTORY: elements may be gone; requires the extension pliant_failure. A host that does not know
+                                the flag goes on with all elements. */
 #define PLIANT_INNER_TETRAHEDRON 128u /* tetrahedra: of the five of a cell only the inner one, which stands for the whole cell: its
                                          measure is three times the share of the cell that belongs to the body. A host that does
                                          not know the flag gives all five. */
@@ -275,6 +277,18 @@ typedef struct pliant_single {
   pliant_status (*tangent)(const pliant_plugin *, const pliant_batch *, double stiffness, double damping,
                            const pliant_single_blocks *);
 } pliant_single;
+
+/* Optional: failure. Elements of requests with CAN_FAIL, links that open or triangles that tear, are gone when the material says so. The
+ * host then calls `energy`, `forces`, `tangent` and `advance` for the others only; masses and the history of what is gone stay. Not
+ * together with IS_COUPLED or WANTS_NORMALS. */
+#define PLIANT_FAILURE "pliant.failure/1"
+typedef struct pliant_failure {
+  size_t size;
+  /* failed[e] = 1 for each element e of [begin, end) that is gone, else 0, from `history`, `rest_data`, `measure` and `fields` alone: the
+   * host asks after each `advance`, and where it has put histories back, as for an undo. None is gone while its history is zero.
+   * [sim & active] */
+  pliant_status (*failed)(const pliant_plugin *, const pliant_batch *, uint8_t *failed);
+} pliant_failure;
 
 /* Optional: the sources of the numbers behind a choice, printed by `pliant plugin info`. */
 #define PLIANT_SOURCES "pliant.sources/1"

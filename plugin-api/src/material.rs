@@ -123,6 +123,13 @@ pub trait Material: Send + Sync + Sized + 'static {
         Ok(())
     }
 
+    /// Whether element `e` of the call is gone, such as a torn triangle or an open link, by history, rest data, measure and fields alone; never
+    /// while its history is zero. Called for kinds with [`abi::CAN_FAIL`] after [`Material::advance`], and where the host has put histories back.
+    /// The host then calls the material for the other elements only; masses and the history of what is gone stay.
+    fn has_failed(&self, _elements: &Elements<'_>, _e: usize) -> bool {
+        false
+    }
+
     /// For hinges with [`abi::IS_COUPLED`]: writes plane 0, the strain s of each hinge, m, and planes 1 to 12, its gradient by corner
     /// and axis. The host solves G m = s for the bending moments m (N), with G the sum of [`Material::compliance`], and applies the
     /// forces -m ds/dx; the energy is s . m / 2 (Hellan 1967, Herrmann 1967, Johnson 1973).
@@ -213,6 +220,7 @@ impl<T: Material> Role for AsMaterial<T> {
             _ if id == abi::COUPLED => (&raw const *Self::COUPLED).cast(),
             _ if id == abi::SINGLE => (&raw const *Self::SINGLE).cast(),
             _ if id == abi::NORMALS => (&raw const *Self::NORMALS).cast(),
+            _ if id == abi::FAILURE => (&raw const *Self::FAILURE).cast(),
             _ if id == abi::SOURCES && !T::SOURCES.is_empty() => (&raw const *Self::SOURCES).cast(),
             _ => core::ptr::null(),
         }
@@ -254,6 +262,9 @@ impl<T: Material> AsMaterial<T> {
         forces: Some(Self::normals_forces),
         tilt: Some(Self::tilt),
     };
+
+    const FAILURE: &'static abi::Failure =
+        &abi::Failure { size: size_of::<abi::Failure>(), failed: Some(Self::failed) };
 
     const SOURCES: &'static abi::Sources =
         &abi::Sources { size: size_of::<abi::Sources>(), source: Some(Self::source) };
@@ -427,6 +438,19 @@ impl<T: Material> AsMaterial<T> {
                     TangentScale { stiffness, damping },
                     &mut blocks,
                 )
+            })
+        }
+    }
+
+    unsafe extern "C" fn failed(plugin: *const abi::Plugin, batch: *const abi::Batch, out: *mut u8) -> Status {
+        // SAFETY: as in `rest`; `out` holds a byte for each element, and those of the call's range are ours.
+        unsafe {
+            call::<Self, _>(plugin, |active| {
+                let elements = active.elements(&*batch);
+                let first = elements.first_index();
+                (0..elements.len())
+                    .for_each(|e| *out.add(first + e) = u8::from(active.material.has_failed(&elements, e)));
+                Ok(())
             })
         }
     }

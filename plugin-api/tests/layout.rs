@@ -33,6 +33,7 @@ fn rust_layout() -> String {
         Normals = "pliant_normals" { size, energy, forces, tilt }
         SingleBlocks = "pliant_single_blocks" { size, values, slots, slot_begin, slot_end }
         Single = "pliant_single" { size, tangent }
+        Failure = "pliant_failure" { size, failed }
         Sources = "pliant_sources" { size, source }
         Surface = "pliant_surface" { size, points, point_count, triangles, triangle_count }
         Level = "pliant_level" { size, level, cells_per_axis, edge, origin, surface_cells, inside_cells, nodes }

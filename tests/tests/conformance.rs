@@ -20,13 +20,16 @@ fn failed_and_skipped(name: &str) -> (Vec<String>, Vec<String>) {
 
 #[test]
 fn the_shipped_plugins_pass_the_conformance_suite() {
-    for name in ["mass-spring", "neo-hookean", "corotational", "cloth", "octree-grid", "scripted"] {
+    for name in ["mass-spring", "neo-hookean", "corotational", "cloth", "tearing", "octree-grid", "scripted"] {
         let (failed, skipped) = failed_and_skipped(name);
         skipped.iter().for_each(|line| println!("{line}"));
         assert!(failed.is_empty(), "\n{}\n", failed.join("\n"));
         let has_no_history = ["mass-spring", "corotational"].contains(&name);
-        let skipped: Vec<&String> =
-            skipped.iter().filter(|line| !(has_no_history && line.contains(": advance-"))).collect();
+        let is_expected = |line: &String| {
+            (has_no_history && line.contains(": advance-"))
+                || (name != "tearing" && line.contains(": failure-follows-from-history"))
+        };
+        let skipped: Vec<&String> = skipped.iter().filter(|line| !is_expected(line)).collect();
         // Allocations inside a library cannot be counted, an embedding may be linear, and `scripted` needs a path.
         assert!(name == "scripted" || skipped.len() <= 1, "{skipped:?}");
     }

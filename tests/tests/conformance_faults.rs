@@ -28,6 +28,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("swallows-nan", "nan-is-reported"),
     ("flow-gains", "advance-dissipates"),
     ("flow-not-objective", "advance-is-objective"),
+    ("fails-by-position", "failure-follows-from-history"),
     ("field-ignored", "fields-scale-their-parameters"),
     ("field-of-neighbour", "fields-scale-their-parameters"),
     ("hinge-gradient-off", "coupled-strain-gradient"),
@@ -78,7 +79,9 @@ fn each_faulty_plugin_fails_its_case_and_no_other() {
 
 #[test]
 fn sound_plugins_fail_no_case() {
-    for id in ["sound-springs", "sound-clay", "sound-fields", "sound-net", "sound-brick", "sound-finger"] {
+    for id in
+        ["sound-springs", "sound-clay", "sound-thread", "sound-fields", "sound-net", "sound-brick", "sound-finger"]
+    {
         assert_eq!(failed(&candidate(id)), [""; 0], "{id}");
     }
 }

@@ -87,6 +87,13 @@ impl ForceModel for Material {
         Ok(self.instance.run("advance", || unsafe { advance(self.instance.plugin(), &batch(call), base) })?)
     }
 
+    fn failed(&self, call: &ElementCall<'_>, out: &mut [u8]) -> Result<(), ForceError> {
+        assert_eq!(out.len(), call.elements.len() / call.corners);
+        let failed = self.failure.and_then(|table| table.failed).expect("checked when it was opened");
+        // SAFETY: [sim & active]; `out` holds a byte for each element.
+        Ok(self.instance.run("failed", || unsafe { failed(self.instance.plugin(), &batch(call), out.as_mut_ptr()) })?)
+    }
+
     fn strain(&self, call: &ElementCall<'_>, planes: &mut PlanesMut<'_>) -> Result<(), ForceError> {
         let strain = self.coupled.and_then(|table| table.strain).expect("checked when it was opened");
         let base = planes.base_for(&call.range, 13, call.elements.len() / call.corners);

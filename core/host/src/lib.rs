@@ -34,6 +34,7 @@ mod device;
 mod elf;
 mod error;
 mod f32_tangent;
+mod failure;
 mod force_model;
 mod grid;
 mod host_table;

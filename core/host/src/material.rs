@@ -20,6 +20,8 @@ pub struct Material {
     pub(crate) coupled: Option<&'static abi::Coupled>,
     /// Energy of vertex normals, if requests ask for normals.
     pub(crate) normals: Option<&'static abi::Normals>,
+    /// Elements that are gone, if those of a request may be.
+    pub(crate) failure: Option<&'static abi::Failure>,
     /// Stiffness in single precision, if a request offers it.
     pub(crate) single: Option<&'static abi::Single>,
 }
@@ -48,7 +50,9 @@ impl Material {
         if !is_complete {
             return Err(instance.error("extension", "the material's table has a null in it"));
         }
-        let mut material = Self { instance, table, requests: Vec::new(), coupled: None, normals: None, single: None };
+        let requests = Vec::new();
+        let mut material =
+            Self { instance, table, requests, coupled: None, normals: None, failure: None, single: None };
         material.read_requests()?;
         if material.requests.iter().any(|r| r.flags & abi::IS_COUPLED != 0) {
             let found = material.instance.extension_table(Extension::new::<abi::Coupled>(abi::COUPLED));
@@ -60,6 +64,7 @@ impl Material {
             }
         }
         material.read_normals()?;
+        material.read_failure()?;
         material.read_single()?;
         Ok(material)
     }

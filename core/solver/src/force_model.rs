@@ -152,6 +152,15 @@ pub trait ForceModel: Send + Sync {
         Ok(())
     }
 
+    /// Writes 1 for each element of the call's range that is gone, else 0, from its history, rest data, measure and fields, into `out` (m)
+    /// (`CAN_FAIL`).
+    ///
+    /// # Errors
+    /// What the model reports.
+    fn failed(&self, _call: &ElementCall<'_>, _out: &mut [u8]) -> Result<(), ForceError> {
+        Err(self.not_offered("failed"))
+    }
+
     /// Writes strain and its gradient of the call's range of coupled hinges into `planes` (13 x m) (`IS_COUPLED`).
     ///
     /// # Errors

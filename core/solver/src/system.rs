@@ -178,11 +178,14 @@ impl System {
         force: &mut [Vec3],
         single: bool,
     ) -> Result<(), ForceError> {
+        self.update_failed()?;
         let v = v.unwrap_or(&self.nodes.v);
         pool.par_chunks(&mut *force, NODES, &|_, force: &mut [Vec3]| force.fill(Vec3::zeros()));
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             set.schedule.run(pool, force, &|node| node, &|chunk, window| {
-                self.material.forces(&set.call(chunk, &self.nodes, v, time), bytemuck::cast_slice_mut(window))
+                set.for_each_intact(chunk, |chunk| {
+                    self.material.forces(&set.call(chunk, &self.nodes, v, time), bytemuck::cast_slice_mut(&mut *window))
+                })
             })?;
         }
         let state = SystemState { material: &*self.material, sets: &self.sets, nodes: &self.nodes, time };
@@ -200,10 +203,14 @@ impl System {
     /// # Errors
     /// Returns the error of the material.
     pub fn energy(&mut self, time: StepTime) -> Result<f64, ForceError> {
+        self.update_failed()?;
         let mut energy = 0.0;
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             for chunk in set.schedule.chunks() {
-                energy += self.material.energy(&set.call(chunk, &self.nodes, &self.nodes.v, time))?;
+                set.for_each_intact(chunk, |chunk| {
+                    energy += self.material.energy(&set.call(chunk, &self.nodes, &self.nodes.v, time))?;
+                    Ok(())
+                })?;
             }
         }
         let state = SystemState { material: &*self.material, sets: &self.sets, nodes: &self.nodes, time };
@@ -221,18 +228,36 @@ impl System {
     /// # Errors
     /// Returns the error of the material.
     pub fn advance(&mut self, pool: &Pool, time: StepTime) -> Result<(), ForceError> {
+        self.update_failed()?;
         for set in self.sets.iter_mut().filter(|s| s.has(abi::HAS_HISTORY) && s.request().history_stride > 0) {
             let mut next = std::mem::take(&mut set.next_history);
             next.copy_from_slice(&set.history);
             let planes = PlanesMut::new(&mut next, set.request().history_stride as usize);
             let result = par_planes(pool, pool.halvings(), planes, &|planes| {
                 let whole = Chunk { range: planes.range(), window: 0..self.nodes.len() };
-                self.material.advance(&set.call(&whole, &self.nodes, &self.nodes.v, time), planes)
+                set.for_each_intact(&whole, |part| {
+                    self.material.advance(&set.call(part, &self.nodes, &self.nodes.v, time), planes)
+                })
             });
             set.next_history = std::mem::replace(&mut set.history, next);
+            set.failed_is_stale = true;
             result?;
         }
-        Ok(())
+        self.update_failed()
+    }
+
+    /// Has the material say which elements are gone, if histories have changed since it last did.
+    ///
+    /// # Errors
+    /// Returns the error of the material.
+    pub fn update_failed(&mut self) -> Result<(), ForceError> {
+        let Self { sets, material, nodes, .. } = self;
+        sets.iter_mut().try_for_each(|set| set.update_failed(&**material, nodes))
+    }
+
+    /// Number of elements that are gone.
+    pub fn failed_count(&self) -> usize {
+        self.sets.iter().map(ElementSet::failed_count).sum()
     }
 
     /// Records the history of elements before a step that may be taken again.
@@ -242,12 +267,18 @@ impl System {
 
     /// Exchanges the history of elements with the one that [`System::keep_history`] recorded.
     pub(super) fn swap_history(&mut self) {
-        self.sets.iter_mut().for_each(|set| std::mem::swap(&mut set.history, &mut set.start_history));
+        for set in &mut self.sets {
+            std::mem::swap(&mut set.history, &mut set.start_history);
+            set.failed_is_stale = true;
+        }
     }
 
     /// Sets the history of all elements to zero.
     pub fn clear_history(&mut self) {
-        self.sets.iter_mut().for_each(|set| set.history.fill(0.0));
+        for set in &mut self.sets {
+            set.history.fill(0.0);
+            set.failed_is_stale = true;
+        }
     }
 
     /// Whether any element has damping.

@@ -328,6 +328,18 @@ impl Body {
         Ok(())
     }
 
+    /// Which elements are gone, by their history, for each request with [`abi::CAN_FAIL`] (m); empty for others.
+    ///
+    /// # Errors
+    /// The material's fault.
+    pub fn failed<S: MaterialUnderTest + ?Sized>(&self, material: &S) -> Result<Vec<Vec<u8>>, Fault> {
+        let can_fail = |set: &ElementSet| set.request.flags & abi::CAN_FAIL != 0;
+        let mut all: Vec<Vec<u8>> =
+            self.sets.iter().map(|s| vec![0; if can_fail(s) { s.count() } else { 0 }]).collect();
+        self.for_each_call(abi::CAN_FAIL, usize::MAX, |s, call| material.call_failed(call, &mut all[s]))?;
+        Ok(all)
+    }
+
     /// History of the elements of each request (stride x m, plane-major).
     pub fn histories(&self) -> impl Iterator<Item = &[f64]> {
         self.sets.iter().map(|set| set.history.as_slice())

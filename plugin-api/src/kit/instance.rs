@@ -155,6 +155,11 @@ impl TestInstance {
         self.extension::<abi::Coupled>(abi::COUPLED)?.ok_or(Fault::unsupported("`pliant.coupled/1` is not offered"))
     }
 
+    /// Table of [`abi::FAILURE`].
+    fn failure(&self) -> Result<&'static abi::Failure, Fault> {
+        self.extension::<abi::Failure>(abi::FAILURE)?.ok_or(Fault::unsupported("`pliant.failure/1` is not offered"))
+    }
+
     /// Table of [`abi::NORMALS`].
     fn normals(&self) -> Result<&'static abi::Normals, Fault> {
         self.extension::<abi::Normals>(abi::NORMALS)?.ok_or(Fault::unsupported("`pliant.normals/1` is not offered"))
@@ -269,6 +274,13 @@ impl MaterialUnderTest for TestInstance {
         assert!(history.len() >= call.strides.history * call.batch.count, "planes of every element");
         // SAFETY: see above.
         self.check(unsafe { advance(self.plugin, &call.batch, history.as_mut_ptr()) })
+    }
+
+    fn call_failed(&self, call: &Call<'_>, out: &mut [u8]) -> Result<(), Fault> {
+        assert!(out.len() >= call.batch.count, "a byte for each element");
+        let failed = non_null(self.failure()?.failed)?;
+        // SAFETY: see above.
+        self.check(unsafe { failed(self.plugin, &call.batch, out.as_mut_ptr()) })
     }
 
     fn call_strain(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {

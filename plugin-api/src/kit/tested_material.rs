@@ -91,6 +91,12 @@ pub trait MaterialUnderTest {
     /// The material's fault.
     fn call_advance(&self, call: &Call<'_>, history: &mut [f64]) -> Result<(), Fault>;
 
+    /// Writes 1 for each element that is gone, else 0 (m).
+    ///
+    /// # Errors
+    /// The material's fault.
+    fn call_failed(&self, call: &Call<'_>, out: &mut [u8]) -> Result<(), Fault>;
+
     /// Writes strains of coupled hinges, m, and their gradients (13 x m, plane-major).
     ///
     /// # Errors
@@ -205,6 +211,13 @@ impl<M: Material> MaterialUnderTest for M {
             &call.elements_of::<M>(),
             &mut Planes::new(&call.batch, history.as_mut_ptr(), call.strides.history),
         )
+    }
+
+    fn call_failed(&self, call: &Call<'_>, out: &mut [u8]) -> Result<(), Fault> {
+        let elements = call.elements_of::<M>();
+        let own = elements.first_index()..elements.first_index() + elements.len();
+        out[own].iter_mut().enumerate().for_each(|(e, out)| *out = u8::from(self.has_failed(&elements, e)));
+        Ok(())
     }
 
     fn call_strain(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {

@@ -106,6 +106,10 @@ pub mod fault {
     pub const FLOW_GAINS: u8 = 48;
     /// As [`FLOWS`], more where a spring is along x.
     pub const FLOW_NOT_OBJECTIVE: u8 = 49;
+    /// As [`FLOWS`], and springs that have flowed by a third of their length are gone.
+    pub const FAILS: u8 = 90;
+    /// As [`FAILS`], and springs are gone that are stretched by a third.
+    pub const FAILS_BY_POSITION: u8 = 91;
     /// Declares a continuous force above its peak force.
     pub const LIMITS_REVERSED: u8 = 50;
     /// Gives positions outside its workspace.
@@ -191,6 +195,8 @@ export_plugins!(
     AsMaterial<SpringMaterial<FLOWS>>,
     AsMaterial<SpringMaterial<FLOW_GAINS>>,
     AsMaterial<SpringMaterial<FLOW_NOT_OBJECTIVE>>,
+    AsMaterial<SpringMaterial<FAILS>>,
+    AsMaterial<SpringMaterial<FAILS_BY_POSITION>>,
     AsMaterial<SpringMaterial<FIELDS>>,
     AsMaterial<SpringMaterial<FIELD_IGNORED>>,
     AsMaterial<SpringMaterial<FIELD_OF_NEIGHBOUR>>,

@@ -25,7 +25,15 @@ const YIELD: f64 = 0.02;
 
 /// Whether springs with a fault flow beyond a strain.
 const fn flows(fault: u8) -> bool {
-    matches!(fault, fault::FLOWS | fault::FLOW_GAINS | fault::FLOW_NOT_OBJECTIVE)
+    matches!(fault, fault::FLOWS | fault::FLOW_GAINS | fault::FLOW_NOT_OBJECTIVE) || fails(fault)
+}
+
+/// Part of its rest length by which a spring flows until it is gone.
+const BREAKS: f64 = 0.3;
+
+/// Whether springs with a fault break.
+const fn fails(fault: u8) -> bool {
+    matches!(fault, fault::FAILS | fault::FAILS_BY_POSITION)
 }
 
 /// Bits of the parameter `after` of the instance that was made last, for [`fault::SHARES_STATE`].
@@ -150,6 +158,8 @@ impl<const F: u8> Material for SpringMaterial<F> {
             fault::ABORTS => c"aborts",
             fault::EXITS => c"exits",
             fault::FLOWS => c"sound-clay",
+            fault::FAILS => c"sound-thread",
+            fault::FAILS_BY_POSITION => c"fails-by-position",
             fault::FLOW_GAINS => c"flow-gains",
             fault::FLOW_NOT_OBJECTIVE => c"flow-not-objective",
             fault::FIELDS => c"sound-fields",
@@ -178,7 +188,8 @@ impl<const F: u8> Material for SpringMaterial<F> {
         let single = if F == fault::SINGLE_OFF { abi::HAS_SINGLE } else { 0 };
         let (families, flags) = (abi::STRUCTURAL | abi::SHEAR, abi::HAS_FORCES | abi::HAS_DAMPING | single);
         let kind = if F == fault::UNKNOWN_KIND { 99 } else { abi::LINK };
-        let (history, history_stride) = if flows(F) { (abi::HAS_HISTORY, 1) } else { (0, 0) };
+        let can_fail = if fails(F) { abi::CAN_FAIL } else { 0 };
+        let (history, history_stride) = if flows(F) { (abi::HAS_HISTORY | can_fail, 1) } else { (0, 0) };
         vec![plain, ElementRequest { kind, families, flags: flags | history, rest_stride: 2, history_stride }]
     }
 
@@ -308,6 +319,15 @@ impl<const F: u8> Material for SpringMaterial<F> {
             elongation[e] += share * excess.copysign(spring.stretch);
         }
         Ok(())
+    }
+
+    fn has_failed(&self, elements: &Elements<'_>, e: usize) -> bool {
+        let (flowed, length) = (elements.history(0)[e], elements.rest_data(0)[e]);
+        if F == fault::FAILS_BY_POSITION {
+            let ends = elements.corners::<2>()[e];
+            return self.spring(elements, e, ends).stretch + flowed > BREAKS * length;
+        }
+        flowed.abs() > BREAKS * length
     }
 
     fn single_tangent(

@@ -123,6 +123,11 @@ impl Sheet {
         self.node_of[vertex as usize]
     }
 
+    /// Triangle of an element.
+    pub(crate) fn triangle_of(&self, element: usize) -> u32 {
+        self.triangle_of[element]
+    }
+
     /// Makes nodes and elements, if there are none yet. Returns whether nodes or elements have changed since the last call.
     ///
     /// # Errors

@@ -93,6 +93,8 @@ impl Body {
         for (set, history) in self.system.sets.iter_mut().zip(&state.history) {
             set.set_history(history);
         }
+        self.system.update_failed()?;
+        self.update_gone();
         self.frozen.clone_from(&state.frozen);
         self.update_tints()?;
         if !self.samples.is_empty() {

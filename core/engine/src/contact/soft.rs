@@ -165,11 +165,12 @@ impl SoftTip {
         lost.sum()
     }
 
-    /// Finds the contacts of `tip` with the `count` triangles of a sheet, whose nodes `triangles` returns, and writes their springs to `out`.
+    /// Finds the contacts of `tip` with the `count` triangles of a sheet, whose nodes `triangles` returns, `None` for one that is gone, and writes their
+    /// springs to `out`.
     pub fn press(
         &mut self,
         tip: &Tip,
-        triangles: impl Fn(u32) -> [u32; 3],
+        triangles: impl Fn(u32) -> Option<[u32; 3]>,
         count: u32,
         nodes: &Nodes,
         press: SoftPress,
@@ -185,8 +186,8 @@ impl SoftTip {
         let travel = drive.norm();
         if let Some(reach) = self.near.refresh(tip.position, shape, moved, travel) {
             let within = |t: &u32| {
-                let at = closest_point(tip.position, triangles(*t).map(|n| nodes.x[n as usize])).point;
-                let d = at - tip.position;
+                let Some(corners) = triangles(*t) else { return false };
+                let d = closest_point(tip.position, corners.map(|n| nodes.x[n as usize])).point - tip.position;
                 d.norm_squared() <= reach * reach
             };
             self.near.list.extend((0..count).filter(within));
@@ -207,7 +208,7 @@ impl SoftTip {
     }
 
     /// Lists the points within `margin` (m) of a tip at `centre` (m).
-    fn find(&mut self, tip: &Tip, centre: Vec3, margin: f64, triangles: &impl Fn(u32) -> [u32; 3], x: &[Vec3]) {
+    fn find(&mut self, tip: &Tip, centre: Vec3, margin: f64, triangles: &impl Fn(u32) -> Option<[u32; 3]>, x: &[Vec3]) {
         self.candidates.clear();
         let mut add = |corners: [u32; 3], Closest { point, bary }| {
             let distance = tip.shape.distance(point - centre);
@@ -215,7 +216,7 @@ impl SoftTip {
                 self.candidates.push(Candidate { corners, bary, point, distance });
             }
         };
-        for corners in self.near.list.iter().map(|t| triangles(*t)) {
+        for corners in self.near.list.iter().filter_map(|t| triangles(*t)) {
             match self.method {
                 SoftMethod::AugmentedLagrangian => {
                     add(corners, tip.shape.closest_on_triangle(centre, corners.map(|n| x[n as usize])));

@@ -13,7 +13,8 @@ use super::{
     Choices, Clock, DeviceSlot, EventKind, Events, Frame, Loaded, Scratch, Session, SessionError, ToolSlot, place,
 };
 use crate::body::{
-    Body, Discretization, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin, StiffnessFactor, Subdivision,
+    Body, Discretization, GoneTriangles, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin, StiffnessFactor,
+    Subdivision,
 };
 use crate::contact::{Friction, SheetTips};
 use crate::edit::BladeEdge;
@@ -349,6 +350,7 @@ impl Opening<'_> {
             layer_stiffness: 0.0,
             params,
             tints: Vec::new(),
+            gone: GoneTriangles::default(),
             most_stiffening: f64::INFINITY,
             fixings,
             symmetry: None,

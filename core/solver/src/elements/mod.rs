@@ -40,6 +40,12 @@ pub struct ElementSet {
     pub(super) next_history: Vec<f64>,
     /// History at the beginning of a step that may be taken again (stride x m).
     pub(super) start_history: Vec<f64>,
+    /// Which elements are gone: 1 for each, else 0 (m); empty if none can be.
+    pub(super) failed: Vec<u8>,
+    /// Number of elements that are gone.
+    pub(super) failed_count: usize,
+    /// Whether the history has changed since `failed` was written.
+    pub(super) failed_is_stale: bool,
     /// Chunks of the list.
     pub(super) schedule: Schedule,
     /// Slots in the matrix of each pair of corners (m x pairs); empty without a matrix.
@@ -67,6 +73,9 @@ impl ElementSet {
             history: Vec::new(),
             next_history: Vec::new(),
             start_history: Vec::new(),
+            failed: Vec::new(),
+            failed_count: 0,
+            failed_is_stale: false,
             schedule: Schedule::default(),
             slots: Vec::new(),
         }
@@ -103,6 +112,53 @@ impl ElementSet {
     /// If the length differs from that of [`ElementSet::history`].
     pub fn set_history(&mut self, history: &[f64]) {
         self.history.copy_from_slice(history);
+        self.failed_is_stale = true;
+    }
+
+    /// Which elements are gone: 1 for each, else 0 (m); empty if none can be. Current after [`System::update_failed`](crate::System::update_failed).
+    pub fn failed(&self) -> &[u8] {
+        &self.failed
+    }
+
+    /// Number of elements that are gone.
+    pub fn failed_count(&self) -> usize {
+        self.failed_count
+    }
+
+    /// Calls `run` for the parts of a chunk between elements that are gone, in order: for the chunk itself where none is.
+    pub(super) fn for_each_intact<E>(
+        &self,
+        chunk: &Chunk,
+        mut run: impl FnMut(&Chunk) -> Result<(), E>,
+    ) -> Result<(), E> {
+        if self.failed_count == 0 {
+            return run(chunk);
+        }
+        let mut start = chunk.range.start;
+        for end in chunk.range.clone().filter(|e| self.failed[*e] != 0).chain([chunk.range.end]) {
+            if start < end {
+                run(&Chunk { range: start..end, window: chunk.window.clone() })?;
+            }
+            start = end + 1;
+        }
+        Ok(())
+    }
+
+    /// Has the material say which elements are gone, if it has not since the history has changed.
+    pub(super) fn update_failed(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
+        if !(self.failed_is_stale && self.has(abi::CAN_FAIL)) {
+            return Ok(());
+        }
+        let (count, mut failed) = (self.count(), std::mem::take(&mut self.failed));
+        failed.fill(0);
+        let whole = Chunk { range: 0..count, window: 0..nodes.x.len() };
+        let told = match count {
+            0 => Ok(()),
+            _ => material.failed(&self.call(&whole, nodes, &nodes.v, StepTime::default()), &mut failed),
+        };
+        self.failed_count = failed.iter().filter(|failed| **failed != 0).count();
+        (self.failed, self.failed_is_stale) = (failed, false);
+        told
     }
 
     /// Whether the request has a flag, one of those of [`pliant_plugin_api::abi`].
@@ -123,6 +179,10 @@ impl ElementSet {
         self.history.resize(count * self.request.history_stride as usize, 0.0);
         self.next_history.clone_from(&self.history);
         self.start_history.clone_from(&self.history);
+        self.failed.clear();
+        self.failed.resize(if self.has(abi::CAN_FAIL) { count } else { 0 }, 0);
+        // Without a history none is gone.
+        (self.failed_count, self.failed_is_stale) = (0, false);
         self.rest(material, nodes)
     }
 

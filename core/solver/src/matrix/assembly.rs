@@ -27,9 +27,11 @@ impl Assembly<'_> {
         let SystemState { material, sets, nodes, time } = self.state;
         let set = &sets[set];
         if set.has(abi::HAS_FORCES) {
-            let call = set.call(chunk, nodes, &nodes.v, time);
             let scale = TangentScale { stiffness: self.scales.stiffness, damping: self.scales.damping };
-            T::add_tangent(material, &call, scale, &set.slots, blocks.reborrow())?;
+            set.for_each_intact(chunk, |chunk| {
+                let call = set.call(chunk, nodes, &nodes.v, time);
+                T::add_tangent(material, &call, scale, &set.slots, blocks.reborrow())
+            })?;
         }
         if let Some(coupled) = self.coupled.filter(|_| is_coupled_hinges(set)) {
             coupled.add_tangent(set, chunk.range.clone(), &self.scales, blocks);

@@ -94,6 +94,46 @@ pub(super) fn advance_dissipates(c: &Candidate) -> Result<Verdict, String> {
     })
 }
 
+/// Stretches of the test body under which elements may fail, one after the other, and jitter in cell edges.
+const FAILING: [(f64, f64); 4] = [(1.1, 0.1), (1.5, 0.3), (3.0, 0.5), (1.0, 0.2)];
+
+pub(super) fn failure_follows_from_history(c: &Candidate) -> Result<Verdict, String> {
+    let mut has_failed = false;
+    for material in instances(c)? {
+        let rest = test_body(&material)?;
+        if !rest.has(abi::CAN_FAIL) {
+            continue;
+        }
+        let failed = |body: &Body| body.failed(&material).map_err(describe_fault);
+        let mut body = rest.clone();
+        for (stretch, jitter) in FAILING {
+            body.x.clone_from(&rest.x);
+            deform(&mut body, stretch, jitter);
+            body.advance(&material).map_err(describe_fault)?;
+            let expected = failed(&body)?;
+            has_failed |= expected.iter().flatten().any(|failed| *failed != 0);
+            ensure(expected.iter().flatten().all(|failed| *failed <= 1), || "a value other than 0 and 1".into())?;
+            // As after an undo, which puts the history back first and positions later.
+            let mut moved = body.clone();
+            deform(&mut moved, 2.0, 0.9);
+            moved.v.iter_mut().zip(&rest.x).for_each(|(v, x)| *v = x.map(|c| 1e3 * c - 5.0));
+            let found = failed(&moved)?;
+            ensure(found == expected, || {
+                let count = |all: &[Vec<u8>]| all.iter().flatten().filter(|failed| **failed != 0).count();
+                let (before, after) = (count(&expected), count(&found));
+                format!("with the same history and other positions {after} elements are gone instead of {before}")
+            })?;
+        }
+        let fresh = failed(&rest)?;
+        ensure(fresh.iter().flatten().all(|failed| *failed == 0), || "an element without a history is gone".into())?;
+        let mut moved = rest.clone();
+        deform(&mut moved, 3.0, 0.5);
+        let fresh = failed(&moved)?;
+        ensure(fresh.iter().flatten().all(|failed| *failed == 0), || "an element without a history is gone".into())?;
+    }
+    Ok(if has_failed { Verdict::Passed } else { Verdict::Skipped("no element of it fails".into()) })
+}
+
 pub(super) fn advance_is_objective(c: &Candidate) -> Result<Verdict, String> {
     for_each_state(c, |material, body, next| {
         let mut moved = body.clone();

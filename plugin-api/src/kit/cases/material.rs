@@ -77,6 +77,11 @@ pub(super) const CASES: &[Case] = &[
         run: history::advance_is_objective,
     },
     Case {
+        name: "failure-follows-from-history",
+        promise: "which elements are gone follows from their history alone, and none is while that is zero",
+        run: history::failure_follows_from_history,
+    },
+    Case {
         name: "fields-scale-their-parameters",
         promise: "a field of a parameter multiplies its number, in every element by the element's own factor",
         run: fields::scale_their_parameters,

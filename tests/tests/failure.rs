@@ -1,0 +1,166 @@
+//! Elements that are gone because their material says so (`pliant.failure/1`): a strip that tears takes the fracture energy of its cross-section
+//! whatever the mesh; what is gone is out of forces, matrices, pictures and files, and an undo brings it back.
+
+use pliant_engine::session::{EventKind, Session};
+use pliant_mesh::generate::Pattern;
+use pliant_mesh::{ObjDocument, Surface};
+use pliant_solver::{Constraint, Integrator, Loads, Pool, Scheme, StepTime, Vec3};
+use pliant_tests::cloth::sheet;
+use pliant_tests::{Bench, open_file, root};
+use std::fmt::Write;
+use std::path::Path;
+
+const YOUNG: f64 = 1e6;
+const STRENGTH: f64 = 1e5;
+/// J/m^2
+const FRACTURE_ENERGY: f64 = 400.0;
+const THICKNESS: f64 = 1e-3;
+/// m
+const LENGTH: f64 = 0.04;
+/// m
+const WIDTH: f64 = 0.01;
+
+/// A strip along x of square cells, `rows` across, with a column of cells in its middle that is a little weaker, held at both ends.
+fn strip(rows: u32) -> Session {
+    let cell = WIDTH / f64::from(rows);
+    let surface = sheet(Pattern::Regular, [4 * rows, rows], [LENGTH, WIDTH]);
+    let mut obj = String::new();
+    surface.points.iter().for_each(|p| _ = writeln!(obj, "v {:?} {:?} {:?}", p[0], p[1], p[2]));
+    let one_based = surface.triangles.iter().map(|t| t.map(|v| v + 1));
+    one_based.for_each(|t| _ = writeln!(obj, "f {} {} {}", t[0], t[1], t[2]));
+    let bench = Bench::new();
+    bench.write("strip.obj", obj);
+    let (left, right, end) = (0.5 * LENGTH + 0.1 * cell, 0.5 * LENGTH + 0.9 * cell, LENGTH - 1e-6);
+    let scene = format!(
+        r#"
+        format = 1
+        # So little that it is none, but a body without a load is not simulated.
+        gravity = [0, 0, -1e-9]
+        [time]
+        integrator = "quasi-static"
+        [[body]]
+        mesh = "strip.obj"
+        sheet = {{ warp = [1, 0, 0] }}
+        fixed = [{{ box = [[-1, -1, -1], [1e-6, 1, 1]] }}, {{ box = [[{end}, -1, -1], [1, 1, 1]] }}]
+        [[body.field]]
+        param = "strength"
+        box = [[{left}, -1, -1], [{right}, 1, 1]]
+        factor = 0.97
+        [body.material]
+        plugin = "tearing"
+        params = {{ young = {YOUNG}, poisson = 0, thickness = {THICKNESS}, strength = {STRENGTH}, fracture-energy = {FRACTURE_ENERGY}, damping-time = 0 }}
+        "#
+    );
+    open_file(&bench.write("scene.toml", scene), 1, None)
+}
+
+/// Pulls the right end of a strip by `steps` equal displacements until it has torn. Returns the work of the pull, J, and its largest force, N.
+fn pull_apart(session: &mut Session, steps: usize) -> (f64, f64) {
+    session.step();
+    let system = &mut session.bodies[0].system;
+    let pool = Pool::new(1);
+    let mut integrator = Integrator::new(Scheme::QuasiStatic, 1e-10, 2000);
+    integrator.newton_tolerance = 1e-9;
+    integrator.resize(system.nodes.len());
+    let pulled: Vec<usize> = (0..system.nodes.len()).filter(|i| system.nodes.rest[*i].x > LENGTH - 1e-6).collect();
+    // At the end the band is as much longer as its triangles are when they fail: Green's strain 2 G / (f h), and a little more.
+    let (work, mut before, mut largest) = (&mut 0.0, 0.0, 0.0_f64);
+    let dt = 1e-3;
+    let total = 0.25 * LENGTH;
+    for step in 0..steps {
+        let speed = total / steps as f64 / dt;
+        pulled.iter().for_each(|i| {
+            system.nodes.constraint[*i] = Constraint::Fixed;
+            system.nodes.prescribed[*i] = Vec3::new(speed, 0.0, 0.0);
+        });
+        let time = StepTime { start: step as f64 * dt, dt };
+        integrator.step(&pool, system, &Loads::default(), time, 1).unwrap_or_else(|e| panic!("step {step}: {e}"));
+        let force: f64 = pulled.iter().map(|i| integrator.reaction[*i].x).sum();
+        *work += 0.5 * (before + force) * speed * dt;
+        (before, largest) = (force, largest.max(force));
+        if system.failed_count() > 0 && force.abs() < 1e-9 * largest {
+            break;
+        }
+    }
+    (*work, largest)
+}
+
+#[test]
+fn a_strip_takes_its_fracture_energy_whatever_the_mesh() {
+    let expected = FRACTURE_ENERGY * THICKNESS * WIDTH;
+    for rows in [1, 2, 4] {
+        let errors = [400, 1600].map(|steps| {
+            let mut session = strip(rows);
+            let (work, largest) = pull_apart(&mut session, steps);
+            let system = &mut session.bodies[0].system;
+            let gone = system.failed_count() as u32;
+            println!("{rows} cells across, {steps} steps: {work:.4e} J of {expected:.4e}, {largest:.3} N, {gone} gone");
+            assert_eq!(gone, 2 * rows, "the band has torn, and nothing else");
+            assert!(system.energy(StepTime::default()).expect("finite") < 1e-6 * expected, "both halves are slack");
+            work / expected - 1.0
+        });
+        // Damage follows a step after its strain: an error of first order in the step.
+        assert!(errors[1].abs() < 0.02, "{rows} cells across: {errors:?}");
+        assert!(errors[1].abs() < 0.5 * errors[0].abs() + 2e-3, "{rows} cells across: {errors:?}");
+    }
+}
+
+/// The shipped scene of a membrane that tears, after so many steps.
+fn torn(steps: usize, integrator: &str) -> Session {
+    let scene = std::fs::read_to_string(root().join("scenes/tear.toml")).expect("a shipped scene");
+    let scene = scene.replace("integrator = \"backward-euler\"", &format!("integrator = \"{integrator}\""));
+    let mut session = open_file(&Bench::new().write("tear.toml", scene), 1, None);
+    (0..steps).for_each(|_| session.step());
+    assert!(session.bodies[0].frozen.is_none(), "{:?}", session.bodies[0].frozen);
+    session
+}
+
+/// Numbers of the triangles that viewers do not draw.
+fn undrawn(session: &Session) -> Vec<u32> {
+    let body = &session.bodies[0];
+    (0..body.model.surface.triangles.len() as u32).filter(|t| body.look(*t).is_none()).collect()
+}
+
+#[test]
+fn what_is_gone_is_neither_drawn_nor_written_and_comes_back_with_its_history() {
+    for integrator in ["backward-euler", "symplectic-euler"] {
+        let mut session = torn(70, integrator);
+        assert!(session.bodies[0].system.failed_count() == 0 && undrawn(&session).is_empty(), "{integrator}: too soon");
+        let before = session.snapshot();
+        let states: Vec<Vec<Vec3>> = [0, 1]
+            .into_iter()
+            .map(|_| {
+                // Twice from the same snapshot: a solver that goes on starts from the solutions before.
+                session.restore(&before).expect("goes back");
+                (0..50).for_each(|_| session.step());
+                let (body, gone) = (&session.bodies[0], undrawn(&session));
+                assert!(gone.len() > 5 && gone.len() == body.system.failed_count(), "{integrator}: {}", gone.len());
+                let mut written = Vec::new();
+                pliant_record::write_model_to(body, "cap", &mut written).expect("written");
+                let document = ObjDocument::parse(written, Path::new("torn.obj")).expect("an OBJ file");
+                let faces = Surface::from_document(&document).triangles.len();
+                assert_eq!(faces + gone.len(), body.model.surface.triangles.len(), "{integrator}");
+                let x = body.system.nodes.x.clone();
+                session.restore(&before).expect("goes back");
+                let count = session.bodies[0].system.failed_count();
+                assert!(count == 0 && undrawn(&session).is_empty(), "{integrator}: {count} are still gone");
+                x
+            })
+            .collect();
+        assert!(states[0] == states[1], "{integrator}: the same tear again, to the bit");
+        assert!(session.events.count(EventKind::ElementsGone) > 10, "{integrator}: and events say so");
+    }
+}
+
+#[test]
+fn a_torn_membrane_has_the_same_bytes_on_any_number_of_threads() {
+    let tear = |threads: &str| {
+        let bench = Bench::new();
+        let scene = root().join("scenes/tear.toml").display().to_string();
+        let set = ["--set", "time.duration=0.15", "--threads", threads, "--out", "out"];
+        bench.pliant(&[&["run", &scene, "-q"], &set[..]].concat()).expect(0);
+        bench.read("out/final.obj")
+    };
+    let one = tear("1");
+    assert!(one == tear("3") && one.iter().filter(|c| **c == b'\n').count() > 4000);
+}
