@@ -164,3 +164,48 @@ fn a_torn_membrane_has_the_same_bytes_on_any_number_of_threads() {
     let one = tear("1");
     assert!(one == tear("3") && one.iter().filter(|c| **c == b'\n').count() > 4000);
 }
+
+/// Links of the right half of a square of springs that break at once, with a force left, are broken.
+#[test]
+fn calls_go_around_what_is_gone_and_masses_stay() {
+    let scene = r#"
+        format = 1
+        gravity = [0, 0, -1e-9]
+        [time]
+        integrator = "backward-euler"
+        [[body]]
+        shape = { kind = "sheet", cells = 8, rows = 8, size = [0.08, 0.08, 0] }
+        sheet = { warp = [1, 0, 0] }
+        material = { plugin = "faulty-plugins#sound-thread" }
+    "#;
+    let mut session = open_file(&Bench::new().write("net.toml", scene), 1, None);
+    let (system, pool, time) = (&mut session.bodies[0].system, Pool::new(1), StepTime { start: 0.0, dt: 1e-3 });
+    let n = system.nodes.len();
+    let stretched = |x: Vec3| Vec3::new(if x.x > 0.04 { 0.04 + 1.6 * (x.x - 0.04) } else { x.x }, x.y, x.z);
+    let (rest, mass) = (system.nodes.rest.clone(), system.nodes.mass.clone());
+    system.nodes.x = rest.iter().map(|x| stretched(*x)).collect();
+    let mut force = vec![Vec3::zeros(); n];
+    system.forces(&pool, None, time, &mut force).expect("sound");
+    let before = system.energy(time).expect("sound");
+    assert!(force.iter().any(|f| f.norm() > 1e-2) && system.failed_count() == 0);
+    system.advance(&pool, time).expect("sound");
+    let gone = system.failed_count();
+    let set = system.sets.iter().find(|set| !set.failed().is_empty()).expect("springs");
+    let is_gone = |e: usize| set.failed()[e] != 0;
+    let ends = |e: usize| [0, 1].map(|i| set.nodes()[2 * e + i] as usize);
+    assert!(gone > 20 && gone < set.count(), "{gone} of {}", set.count());
+    assert!(
+        (0..set.count())
+            .all(|e| is_gone(e)
+                == ends(e).iter().any(|i| rest[*i].x > 0.041 && rest[ends(e)[0]].x != rest[ends(e)[1]].x))
+    );
+    let connected: Vec<bool> = (0..n).map(|i| (0..set.count()).any(|e| !is_gone(e) && ends(e).contains(&i))).collect();
+    system.forces(&pool, None, time, &mut force).expect("sound");
+    assert!(system.energy(time).expect("sound") < 0.05 * before, "what is gone has no energy");
+    assert!((0..n).all(|i| connected[i] || force[i] == Vec3::zeros()), "nor forces");
+    assert!(system.nodes.mass == mass);
+    let undamaged = vec![0.0; system.sets.iter().map(|set| set.history().len()).max().expect("a history")];
+    system.sets.iter_mut().filter(|set| !set.failed().is_empty()).for_each(|set| set.set_history(&undamaged));
+    assert!((system.energy(time).expect("sound") / before - 1.0).abs() < 1e-12, "back with its history");
+    assert_eq!(system.failed_count(), 0);
+}
