@@ -33,7 +33,8 @@ impl Measurement {
 
 /// Presses and strokes the model in the middle of the picture, again and again.
 pub(super) struct ScriptedStrokes {
-    began: Instant,
+    /// With the first frame of the model: opening it is not measured.
+    began: Option<Instant>,
     last: Instant,
     /// s
     duration: f64,
@@ -48,12 +49,12 @@ const CIRCLE: f64 = 0.12;
 
 impl ScriptedStrokes {
     pub(super) fn new(duration: f64) -> Self {
-        Self { began: Instant::now(), last: Instant::now(), duration }
+        Self { began: None, last: Instant::now(), duration }
     }
 
     /// Moves the hand on; gives whether there is more to do.
     pub(super) fn advance(&mut self, model: &mut Model, camera: &Camera, tool: ToolKind) -> bool {
-        let seconds = self.began.elapsed().as_secs_f64();
+        let seconds = self.began.get_or_insert_with(Instant::now).elapsed().as_secs_f64();
         let dt = self.last.elapsed().as_secs_f64();
         self.last = Instant::now();
         let phase = seconds % PERIOD;

@@ -1,16 +1,21 @@
-//! Autosave: after each stroke the shape is written beside the user's other state, so that a crash loses the stroke under way and no more.
+//! Autosave: after each stroke that has changed something the shape is written beside the user's other state, so that a crash loses the stroke
+//! under way and no more. A thread of its own writes it, unless the model was cut.
 //!
 //! Each session has a folder with a file that it keeps locked; a folder whose lock is free belongs to a session that has ended
 //! without closing, and its shape is offered at the next start. The model file itself is written by Save alone.
 
 use super::export::write_bodies;
+use super::shape_copy::ShapeCopy;
 use crate::opening::OpenRequest;
 use pliant_editor::LengthUnit;
 use pliant_engine::session::Session;
+use pliant_mesh::ObjDocument;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread::{Builder, JoinHandle};
 
 /// s, after the end of a stroke before the shape is written: it has come to rest, and another stroke may have begun
 const IDLE: f64 = 1.0;
@@ -32,6 +37,10 @@ pub(super) struct Autosave {
     since: f64,
     /// Whether a stroke is under way.
     is_busy: bool,
+    /// The thread that writes.
+    writing: Option<JoinHandle<Result<(), String>>>,
+    /// Text of the model's file, for copies of the shape.
+    document: Option<Arc<ObjDocument>>,
 }
 
 /// What is noted beside a shape.
@@ -55,7 +64,17 @@ impl Autosave {
         let note = Note { path, unit: request.unit };
         // A shape that is not the one of the file is written at once.
         let states = request.autosave.clone().or_else(state_folder);
-        Self { note, states, folder: None, lock: None, is_pending: request.shape.is_some(), since: 0.0, is_busy: false }
+        Self {
+            note,
+            states,
+            folder: None,
+            lock: None,
+            is_pending: request.shape.is_some(),
+            since: 0.0,
+            is_busy: false,
+            writing: None,
+            document: None,
+        }
     }
 
     /// There is something to write, at `now` (s).
@@ -70,26 +89,47 @@ impl Autosave {
 
     /// The stroke has ended, at `now` (s).
     pub(super) fn end_stroke(&mut self, now: f64) {
-        self.is_busy = false;
-        self.need(now);
+        (self.is_busy, self.since) = (false, now);
     }
 
     /// Whether it is time to write.
     pub(super) fn is_due(&self, now: f64) -> bool {
-        self.is_pending && !self.is_busy && now >= self.since + IDLE
+        let is_free = self.writing.as_ref().is_none_or(JoinHandle::is_finished);
+        is_free && self.is_pending && !self.is_busy && now >= self.since + IDLE
     }
 
-    /// Writes the shape.
+    /// Writes the shape: a copy of it on a thread of its own, or, after a cut, at once.
     ///
     /// # Errors
-    /// A sentence on what the file system says.
+    /// A sentence on what the file system says, or said the last time.
     pub(super) fn save(&mut self, session: &Session, cap_material: &str) -> Result<(), String> {
+        let before = self.wait();
         self.is_pending = false;
         let failed = |error: std::io::Error| format!("autosave: {error}");
         let folder = self.folder().map_err(failed)?;
-        write_bodies(session, cap_material, None, &folder.join(SHAPE)).map_err(failed)?;
         let note = serde_json::to_vec_pretty(&self.note).map_err(|error| format!("autosave: {error}"))?;
-        fs::write(folder.join(NOTE), note).map_err(failed)
+        let write_note = move |folder: &Path| fs::write(folder.join(NOTE), note).map_err(failed);
+        match ShapeCopy::take(session, self.document.as_ref()) {
+            Some(copy) => {
+                self.document = Some(Arc::clone(copy.document()));
+                let work = move || {
+                    copy.write(&folder.join(SHAPE)).map_err(failed)?;
+                    write_note(&folder)
+                };
+                self.writing = Some(Builder::new().name("autosave".into()).spawn(work).map_err(failed)?);
+            }
+            None => {
+                write_bodies(session, cap_material, None, &folder.join(SHAPE)).map_err(failed)?;
+                write_note(&folder)?;
+            }
+        }
+        before
+    }
+
+    /// Waits until what is being written is there; gives what went wrong.
+    fn wait(&mut self) -> Result<(), String> {
+        let gone = |_| Err("autosave: its thread ended by an error in the program".to_owned());
+        self.writing.take().map_or(Ok(()), |thread| thread.join().unwrap_or_else(gone))
     }
 
     /// The folder of the session, made and locked when it is first needed.
@@ -109,6 +149,8 @@ impl Autosave {
 
     /// Removes what was written: the session ends as it should.
     pub(super) fn discard(&mut self) {
+        // What could not be written need not be removed.
+        let _ = self.wait();
         self.lock = None;
         if let Some(folder) = self.folder.take() {
             let _ = fs::remove_dir_all(folder);

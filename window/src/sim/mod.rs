@@ -7,6 +7,7 @@ mod history;
 mod launch;
 mod messages;
 mod session_file;
+mod shape_copy;
 mod thread;
 
 pub use autosave::{Abandoned, abandoned, state_folder};

@@ -8,10 +8,13 @@ use pliant_solver::Vec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Instant;
 use triple_buffer::{Input, Output, triple_buffer};
 
 /// Time between two frames, ns.
 const FRAME_PERIOD: u64 = 1_000_000_000 / 60;
+/// Least time between two frames over the time that making one takes: frames of a large model take a fifth of the simulation's time at most.
+const LEAST_PAUSE: u32 = 5;
 
 /// The simulation's end.
 pub struct ViewWriter {
@@ -91,11 +94,13 @@ fn topology(name: &str, origin: Vec3, points: &[Vec3], looks: Vec<Option<Triangl
 }
 
 impl ViewWriter {
-    /// Publishes a frame of the session if one is due at `now` (ns): sixty per second.
+    /// Publishes a frame of the session if one is due at `now` (ns): sixty per second, or as many as take a fifth of the time.
     pub fn publish_if_due(&mut self, session: &mut Session, now: u64) {
         if now >= self.next_frame_ns {
-            self.next_frame_ns = now + FRAME_PERIOD;
+            let began = Instant::now();
             self.publish(session);
+            let pause = (LEAST_PAUSE * began.elapsed()).as_nanos() as u64;
+            self.next_frame_ns = now + pause.max(FRAME_PERIOD);
         }
     }
 
