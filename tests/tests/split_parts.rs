@@ -115,6 +115,50 @@ fn a_model_in_one_part_is_told_and_has_no_files_of_parts() {
     bench.pliant(&["run", "scene.toml", "--out", "out"]).expect(2).says(&["scene.toml:", "apart", "`files`"]);
 }
 
+/// Parts are measured on their own: their volumes add up to that of the whole, and areas are those of the files.
+#[test]
+fn probes_of_parts_add_up_to_those_of_the_body() {
+    let bench = Bench::new();
+    let cuts = [Cut { x: -0.007, slope: 0.02 }, Cut { x: 0.007, slope: -0.01 }];
+    let probe = |name: &str, quantity: &str, of: &str| {
+        format!("[[probe]]\nname = \"{name}\"\nquantity = \"{quantity}\"\nof = \"{of}\"\n")
+    };
+    let probes: String = ["volume", "area"]
+        .map(|quantity| {
+            let parts = (1..=4).map(|n| probe(&format!("{quantity}-{n}"), quantity, &format!("block.part{n}")));
+            probe(quantity, quantity, "block") + &parts.collect::<String>()
+        })
+        .concat();
+    bench.write("scene.toml", scene(&cuts, BLOCK, "parts = \"files\"") + &probes);
+    bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
+    let summary = bench.summary("out");
+    let value = |name: &str| {
+        let probes = summary["probes"].as_array().expect("probes");
+        probes.iter().find(|probe| probe["name"] == name).expect("the probe")["value"].as_f64()
+    };
+    for quantity in ["volume", "area"] {
+        let parts: Vec<f64> = (1..=3).map(|n| value(&format!("{quantity}-{n}")).expect("a number")).collect();
+        let (sum, whole) = (parts.iter().sum::<f64>(), value(quantity).expect("a number"));
+        assert!(parts.iter().all(|part| *part > 0.05 * whole), "{quantity}: {parts:?}");
+        assert!((sum / whole - 1.0).abs() < 1e-9, "{quantity}: {parts:?} of {whole}");
+        assert_eq!(value(&format!("{quantity}-4")), None, "there is no fourth part");
+    }
+    for n in 1..=3 {
+        let file = Surface::from_document(&read(&bench, &format!("final-part-{n}.obj"))).volume();
+        let probe = value(&format!("volume-{n}")).expect("a number");
+        assert!((file / probe - 1.0).abs() < 1e-6, "part {n}: {file} m^3 in its file, {probe} m^3 by its probe");
+    }
+    let cases = [
+        ("block.part0", "volume", "part 0"),
+        ("block.part1", "parts", "allowed of a part is"),
+        ("wall.part1", "volume", "no body"),
+    ];
+    for (of, quantity, said) in cases {
+        bench.write("scene.toml", scene(&cuts, BLOCK, "") + &probe("probe", quantity, of));
+        bench.pliant(&["run", "scene.toml", "--out", "out"]).expect(2).says(&["scene.toml:", said]);
+    }
+}
+
 /// A part that the next run reads is not written over by it.
 #[test]
 fn a_part_that_a_run_reads_is_not_replaced() {

@@ -315,16 +315,20 @@ fn a_bar_that_is_cut_and_stitched_carries_as_before() {
             session.bodies[0].system.nodes.len(),
         );
         assert_eq!(parts.iter().max(), Some(&1), "{material}: the bar is in two parts: {:?}", session.events.told());
+        let count = |session: &Session| session.bodies[0].parts().into_iter().max();
+        assert_eq!(count(&session), Some(1), "{material}: its surface too");
         let before = sums(&session);
         run(&mut session, 0.25);
         let parts = session.bodies[0].discretization.lattice().expect("a solid").parts();
         assert_eq!(parts.iter().max(), Some(&0), "{material}: the bar is one part again");
+        assert_eq!(count(&session), Some(0), "{material}: its surface, which has both faces of the cut, counts as one");
         assert!((sums(&session).0 / before.0 - 1.0).abs() < 1e-12);
         let [a, b] = [&mut whole, &mut session].map(energy);
         assert_eq!(whole.bodies[0].system.nodes.len(), session.bodies[0].system.nodes.len(), "{material}");
         assert!((b / a - 1.0).abs() < 1e-9, "{material}: {b} J, never cut {a} J");
         assert!(session.undo(), "{material}");
         assert_eq!(session.bodies[0].system.nodes.len(), nodes, "{material}: undo opens the cut again");
+        assert_eq!(count(&session), Some(1), "{material}: with two parts");
         assert!(session.redo());
         run(&mut session, 0.05);
         assert_eq!(session.events.count(EventKind::Quarantine), 0, "{material}: {:?}", session.events.told());
@@ -351,9 +355,11 @@ fn borders_that_are_apart_are_drawn_together() {
     let seam = |session: &Session| session.bodies[0].discretization.sheet().expect("a sheet").welds().len();
     run(&mut session, 0.005);
     assert_eq!(seam(&session), 0, "too far apart");
+    assert_eq!(session.bodies[0].parts().into_iter().max(), Some(1));
     run(&mut session, 0.35);
     // The hand passes over 10 of 13 pairs; those at the free ends may slip away from it.
     assert!(seam(&session) >= 10, "{} pairs are joined: {:?}", seam(&session), session.events.told());
+    assert_eq!(session.bodies[0].parts().into_iter().max(), Some(0), "a sewn sheet is one part");
     assert_eq!(session.events.count(EventKind::Quarantine), 0);
 }
 

@@ -11,6 +11,7 @@ use crate::probe::{QUANTITIES, Quantity, Subject};
 use crate::scene::{Extent, Release, Scene, SceneError, Source};
 use pliant_solver::Vec3;
 use serde::Serialize;
+use toml::Spanned;
 
 /// A part of the program that this scene does not need.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -82,6 +83,8 @@ pub struct Probe {
     pub quantity: &'static Quantity,
     /// Index in [`Plan::tools`], or of the body or obstacle in the scene, depending on the quantity.
     pub of: usize,
+    /// Part of the body, counted from 0; `None` for all of it.
+    pub part: Option<u32>,
     /// Point to which the measured surface point is the nearest, m.
     pub at: Option<Vec3>,
     /// Time of the measurement, s; infinite for the end.
@@ -269,14 +272,15 @@ impl Plan {
             let whole = body.sheet.is_some() || body.grid.region == Extent::Whole;
             let falls = self.gravity != Vec3::zeros() && whole;
             let pushed = whole && scene.obstacle.iter().any(|o| !o.path.get_ref().is_empty());
-            let moving = !self.tools.is_empty() || driven || falls || pushed;
+            let sewn = !body.stitch.is_empty();
+            let moving = !self.tools.is_empty() || driven || falls || pushed || sewn;
             self.moving.push(moving);
             if !moving {
                 let (grid, material) = (body.grid.plugin.get_ref(), body.material.plugin.get_ref());
                 let what = format!("plugins `{grid}` and `{material}` of body `{}`", body.name.get_ref());
                 self.leave_out(
                     what,
-                    "nothing acts on it: no tool, no gravity on the whole body, no driven nodes, no moving obstacle",
+                    "nothing acts on it: no tool, no gravity on the whole body, no driven nodes, no seam, no moving obstacle",
                 );
             }
         }
@@ -298,12 +302,18 @@ impl Plan {
                 Subject::Body => ("body", &bodies),
                 Subject::Obstacle => ("obstacle", &obstacles),
             };
+            let (whole, part) = match &probe.of {
+                Some(name) if quantity.subject == Subject::Body && !names.contains(&name.get_ref().as_str()) => {
+                    part_of(name, quantity, source)?
+                }
+                name => (name.as_ref().map(|name| name.get_ref().as_str()), None),
+            };
             let of = match &probe.of {
                 None if names.is_empty() => {
                     return Err(source.error(probe.name.span(), format!("a probe of a {kind}, and there is none")));
                 }
                 None => 0,
-                Some(name) => names.iter().position(|n| n == name.get_ref()).ok_or_else(|| {
+                Some(name) => names.iter().position(|n| Some(*n) == whole).ok_or_else(|| {
                     let known = list(names.iter().copied());
                     source.error(name.span(), format!("no {kind} `{}`; allowed is {known}", name.get_ref()))
                 })?,
@@ -316,6 +326,7 @@ impl Plan {
                 name: probe.name.get_ref().clone(),
                 quantity,
                 of,
+                part,
                 at: probe.at.map(|p| p.map(|c| c.si).into()),
                 time: probe.time.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si),
                 greatest: probe.greatest,
@@ -383,4 +394,27 @@ impl Plan {
 fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let names: Vec<String> = names.map(|n| format!("`{n}`")).collect();
     if names.is_empty() { "nothing: there is none".into() } else { names.join(", ") }
+}
+
+/// The body and the part, counted from 0, that `BODY.partN` names; the whole text and no part if it is no such name.
+///
+/// # Errors
+/// A part 0, and a quantity that cannot be read of a part.
+fn part_of<'a>(
+    name: &'a Spanned<String>,
+    quantity: &Quantity,
+    source: &Source,
+) -> Result<(Option<&'a str>, Option<u32>), SceneError> {
+    let text = name.get_ref().as_str();
+    let split = text.rsplit_once(".part").and_then(|(body, number)| Some((body, number.parse::<u32>().ok()?)));
+    let Some((body, number)) = split else { return Ok((Some(text), None)) };
+    if number == 0 {
+        return Err(source.error(name.span(), format!("part 0 of body `{body}`; allowed is `{body}.part1` and on")));
+    }
+    if !quantity.reads_parts {
+        let known = list(QUANTITIES.iter().filter(|quantity| quantity.reads_parts).map(|quantity| quantity.name));
+        let text = format!("`{}` of a part of body `{body}`; allowed of a part is {known}", quantity.name);
+        return Err(source.error(name.span(), text));
+    }
+    Ok((Some(body), Some(number - 1)))
 }

@@ -105,12 +105,24 @@ impl Surface {
 
     /// Connected component of each triangle (m), numbered in the order of their first triangles. Triangles that share a vertex are connected.
     pub fn shells(&self) -> Vec<u32> {
+        self.joined_shells(&[])
+    }
+
+    /// As [`Surface::shells`], with pairs of vertices that count as one, as where a seam joins two pieces.
+    ///
+    /// # Panics
+    /// If a pair has a vertex that is not there.
+    pub fn joined_shells(&self, joined: &[[u32; 2]]) -> Vec<u32> {
         let mut parent: Vec<u32> = (0..self.points.len() as u32).collect();
         for &[a, b, c] in &self.triangles {
             for other in [b, c] {
                 let (a, b) = (root(&mut parent, a), root(&mut parent, other));
                 parent[a.max(b) as usize] = a.min(b);
             }
+        }
+        for &[a, b] in joined {
+            let (a, b) = (root(&mut parent, a), root(&mut parent, b));
+            parent[a.max(b) as usize] = a.min(b);
         }
         let mut number = vec![u32::MAX; self.points.len()];
         let mut count = 0;

@@ -6,7 +6,7 @@ use pliant_mesh::{ObjDocument, Surface};
 use std::io;
 use std::path::Path;
 
-/// A model that hangs together in parts: faces of a part share vertices, faces of two parts do not.
+/// A model that hangs together in parts: faces of a part share vertices or are stitched, faces of two parts are not.
 pub(crate) struct ModelParts {
     /// The whole model, as its own file has it.
     document: ObjDocument,
@@ -25,7 +25,8 @@ impl ModelParts {
         let document = ObjDocument::parse(bytes, name).map_err(io::Error::other)?;
         let surface = Surface::from_document(&document);
         let mut part_of = vec![0; document.face_count()];
-        surface.face_of.iter().zip(surface.shells()).for_each(|(face, part)| part_of[*face as usize] = part);
+        let shells = surface.joined_shells(&body.joined_vertices());
+        surface.face_of.iter().zip(shells).for_each(|(face, part)| part_of[*face as usize] = part);
         Ok(Self { document, part_of })
     }
 

@@ -90,7 +90,8 @@ impl ProbeReader {
                 continue;
             }
             let (of, vertex) = (reading.probe.of, reading.vertex);
-            let value = (quantity.read)(&Reading { session, frame, of, vertex });
+            let part = reading.probe.part;
+            let value = (quantity.read)(&Reading { session, frame, of, part, vertex });
             if !reading.probe.greatest || value > reading.value || !value.is_finite() {
                 (reading.value, reading.time) = (value, frame.time);
             }

@@ -23,7 +23,7 @@ impl Body {
     /// Returns the error of the grid or material plugin; a sheet is then as it was before.
     pub fn stitch(&mut self, point: Vec3, radius: f64) -> Result<Seam, LatticeError> {
         let centre = self.embed_point(point)?.now;
-        let join = JOIN_DISTANCE * self.discretization.edge();
+        let join = Self::join_distance(self.discretization.edge());
         let Discretization::Sheet(sheet) = &self.discretization else { return self.heal(point, radius, join) };
         let pairs = sheet.facing_nodes(&self.model, &self.system.nodes, centre, [radius, join]);
         let x = &self.system.nodes.x;
@@ -32,15 +32,44 @@ impl Body {
         if near.is_empty() {
             return Ok(Seam { has_joined: false, apart });
         }
+        self.join_nodes(&near)?;
+        Ok(Seam { has_joined: true, apart: Vec::new() })
+    }
+
+    /// Largest distance (m) at which nodes are joined, on a body with edges of this length (m).
+    pub fn join_distance(edge: f64) -> f64 {
+        JOIN_DISTANCE * edge
+    }
+
+    /// Makes each pair of nodes of a sheet, lower number first and no node in two pairs, one node.
+    ///
+    /// # Errors
+    /// Returns the error of the material; the sheet is then as it was before.
+    pub(crate) fn join_nodes(&mut self, pairs: &[[u32; 2]]) -> Result<(), LatticeError> {
         let state = self.save();
         if let Discretization::Sheet(sheet) = &mut self.discretization
-            && let Err(refused) = sheet.weld(&near, &self.model, &mut self.system)
+            && let Err(refused) = sheet.weld(pairs, &self.model, &mut self.system)
         {
             self.restore(&state)?;
             return Err(refused);
         }
         self.settle_welds();
-        Ok(Seam { has_joined: true, apart: Vec::new() })
+        Ok(())
+    }
+
+    /// Pairs of vertices that stitches have joined, at different vertices of the mesh: welded ones of a sheet, and some on both faces of what has healed in a
+    /// solid.
+    pub fn joined_vertices(&self) -> Vec<[u32; 2]> {
+        match &self.discretization {
+            Discretization::Lattice(lattice) => lattice.healed_pairs(),
+            Discretization::Sheet(sheet) => sheet.welds().iter().map(|(vertex, of)| [*vertex, *of]).collect(),
+        }
+    }
+
+    /// Part of each triangle of its surface: what hangs together by common vertices or by stitches has one number, counted from 0 in the order of the first
+    /// triangles.
+    pub fn parts(&self) -> Vec<u32> {
+        self.model.surface.joined_shells(&self.joined_vertices())
     }
 
     /// Moves the vertices of a sheet to their nodes, at rest and at present, after vertices have been welded.

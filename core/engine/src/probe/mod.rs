@@ -3,6 +3,7 @@
 //! Each quantity is one file with a [`Quantity`]: its name in scenes, its subject, its requirements and a function that reads it. A new one is
 //! added by its file and its line in [`QUANTITIES`].
 
+mod area;
 mod cut_area;
 mod cut_length;
 mod depth;
@@ -17,6 +18,7 @@ mod volume;
 
 use crate::body::Body;
 use crate::session::{Frame, Session};
+use pliant_solver::Vec3;
 use std::fmt;
 
 /// Every quantity, in the order of the help text.
@@ -29,6 +31,7 @@ pub static QUANTITIES: &[&Quantity] = &[
     &elastic_energy::ELASTIC_ENERGY,
     &parts::PARTS,
     &volume::VOLUME,
+    &area::AREA,
     &cut_area::CUT_AREA,
     &cut_length::CUT_LENGTH,
     &obstacle_force::OBSTACLE_FORCE,
@@ -50,6 +53,8 @@ pub struct Quantity {
     pub needs_surface: bool,
     /// Whether a probe must have a point (`at`).
     pub needs_place: bool,
+    /// Whether it can be read of a part of a body, `BODY.part1` and on in scenes.
+    pub reads_parts: bool,
     /// Whether it is read only in the steps in which a probe is due, as reading is slow. A probe of the largest value is due in every step.
     pub is_costly: bool,
     /// Reads the value, SI.
@@ -75,6 +80,8 @@ pub struct Reading<'a> {
     pub frame: &'a Frame,
     /// Index of the tool among those in use, or of the body or obstacle in the scene.
     pub of: usize,
+    /// The part of the body, counted from 0; `None` for all of it.
+    pub part: Option<u32>,
     /// The vertex nearest to the probe's point; 0 for a probe without one.
     pub vertex: usize,
 }
@@ -83,6 +90,20 @@ impl Reading<'_> {
     /// The body of the probe; `None` if it is not simulated.
     fn body(&self) -> Option<&Body> {
         self.session.body_of_scene(self.of)
+    }
+
+    /// Sum of a value of the present corners (m) of each triangle of the body, or of its part; 0 for a body that is not simulated, NaN for a part that
+    /// is not there.
+    fn sum_of_triangles(&self, value: impl Fn([Vec3; 3]) -> f64) -> f64 {
+        let Some(body) = self.body() else { return 0.0 };
+        let triangles = &body.model.surface.triangles;
+        let value = |t: &[u32; 3]| value(t.map(|v| body.skin.x[v as usize]));
+        let Some(part) = self.part else { return triangles.iter().map(value).sum() };
+        let parts = body.parts();
+        if !parts.contains(&part) {
+            return f64::NAN;
+        }
+        triangles.iter().zip(parts).filter(|(_, of)| *of == part).map(|(t, _)| value(t)).sum()
     }
 }
 
@@ -101,6 +122,7 @@ impl Quantity {
         needs_energy: false,
         needs_surface: false,
         needs_place: false,
+        reads_parts: false,
         is_costly: false,
         read: |_| 0.0,
     };

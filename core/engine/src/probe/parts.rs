@@ -1,8 +1,8 @@
-//! Number of connected parts of a body's surface.
+//! Number of connected parts of a body.
 
 use super::{Quantity, Reading};
 
-/// Number of connected parts of a body's surface; 1 for a body that is not simulated.
+/// Number of connected parts of a body, where a stitched seam connects; 1 for a body that is not simulated.
 pub(super) static PARTS: Quantity = Quantity {
     name: "parts",
     summary: "Number of connected parts of a body.",
@@ -13,7 +13,5 @@ pub(super) static PARTS: Quantity = Quantity {
 };
 
 fn read(reading: &Reading<'_>) -> f64 {
-    reading
-        .body()
-        .map_or(1.0, |body| body.model.surface.shells().into_iter().max().map_or(0.0, |last| f64::from(last) + 1.0))
+    reading.body().map_or(1.0, |body| body.parts().into_iter().max().map_or(0.0, |last| f64::from(last) + 1.0))
 }

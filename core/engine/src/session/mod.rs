@@ -23,6 +23,8 @@ mod place;
 mod ray_miss;
 mod recorded;
 mod sculpt_layers;
+mod seam_pairs;
+mod seams;
 mod shared;
 mod sheets;
 mod sleep;
@@ -69,6 +71,7 @@ use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::Ball;
 pub use pliant_solver::{CancelToken, MAX_THREADS};
 use pliant_solver::{Integrator, NodeSprings, Pool};
+use seams::Seams;
 use serde::Serialize;
 use sleep::Sleep;
 use std::path::{Path, PathBuf};
@@ -264,6 +267,8 @@ struct Clock {
 struct Scratch {
     /// Loads of each tool on the body that is being stepped.
     springs: Vec<NodeSprings>,
+    /// Whether the last of them is that of the seams of the body.
+    has_seams: bool,
     /// Balls of cells that the tools need.
     balls: Vec<Ball>,
 }
@@ -309,6 +314,7 @@ pub struct Session {
     /// Tips on each body; used for sheets.
     sheet_tips: Vec<SheetTips>,
     obstacles: Obstacles,
+    seams: Seams,
     scratch: Scratch,
     frame: Frame,
     stiffness: StiffnessState,

@@ -4,6 +4,8 @@ use super::history::History;
 use super::lapse::Watch;
 use super::level_choice::{LevelChosen, ToolRadii, choose_level};
 use super::obstacles::Obstacles;
+use super::seam_pairs::Seam;
+use super::seams::Seams;
 use super::shared::{SharedModel, SharedParts};
 use super::sleep::Sleep;
 use super::step_limits::StepLimits;
@@ -119,6 +121,7 @@ impl Session {
             recordings: Vec::new(),
             events: Events::default(),
             measured_keys: Vec::new(),
+            seams: Vec::new(),
             memory: MemoryAccount::new(options.memory),
             regions: plan.tools.len() + plan.mirrors.len(),
             is_implicit: scene.time.integrator.scheme().is_none_or(Scheme::is_implicit),
@@ -159,7 +162,10 @@ impl Session {
         let (obstacles, obstacle_files) = opening.obstacles(scene)?;
         let places = scene.obstacle.iter().map(|obstacle| source.error(obstacle.name.span(), "").place()).collect();
         let count = bodies.len();
-        let springs = tools.iter().map(|_| NodeSprings::default()).collect();
+        let has_seams = opening.seams.iter().any(|seams| !seams.is_empty());
+        let springs = (0..tools.len() + usize::from(has_seams)).map(|_| NodeSprings::default()).collect();
+        let of_body = if has_seams { std::mem::take(&mut opening.seams) } else { Vec::new() };
+        let seams = Seams::new(of_body);
         let mut session = Self {
             bodies,
             standing,
@@ -197,7 +203,8 @@ impl Session {
             moved: vec![0.0; count],
             sheet_tips: (0..count).map(|_| SheetTips::default()).collect(),
             obstacles: Obstacles::new(obstacles, places, count),
-            scratch: Scratch { springs, balls: Vec::new() },
+            seams,
+            scratch: Scratch { springs, has_seams, balls: Vec::new() },
             frame: Frame::default(),
             stiffness: super::StiffnessState::default(),
             history: History::default(),
@@ -243,6 +250,8 @@ pub(super) struct Opening<'a> {
     events: Events,
     /// For each moving body, the cache key of its frequencies; empty if it has none.
     measured_keys: Vec<String>,
+    /// Seams of each moving body.
+    seams: Vec<Vec<Seam>>,
     pub(super) memory: MemoryAccount,
     /// Largest number of contacts that have a local region at a time.
     pub(super) regions: usize,
@@ -338,6 +347,8 @@ impl Opening<'_> {
         let skin = Skin::new(&model, shared.tree);
         let fixing = |f: &Spanned<FixedScene>| place::fixing(f.get_ref(), self.source, &model, &discretization);
         let fixings = scene.fixed.iter().map(fixing).collect::<Result<_, _>>()?;
+        let seams = self.seams(scene, &model, &discretization)?;
+        self.seams.push(seams);
         Ok(Body {
             name,
             cut_margins: std::collections::HashMap::default(),

@@ -36,6 +36,7 @@ impl Session {
         self.change_stiffness(time.start);
         self.cut(time.start);
         self.move_regions(time.start);
+        self.close_seams(time.start);
         let regions = start.elapsed();
         self.touch(time.start);
         let contact = start.elapsed();
@@ -175,6 +176,13 @@ impl Session {
         for (slot, springs) in self.tools.iter_mut().zip(&mut self.scratch.springs) {
             std::mem::swap(slot.tool.springs_mut(index), springs);
             frequencies = frequencies.with_spring(springs.rates(&self.bodies[index].system.nodes.mass));
+        }
+        if self.scratch.has_seams
+            && let Some(mut springs) = self.scratch.springs.pop()
+        {
+            self.draw_seams(index, time, &mut springs);
+            frequencies = frequencies.with_spring(springs.rates(&self.bodies[index].system.nodes.mass));
+            self.scratch.springs.push(springs);
         }
         let deadline = self.deadline(index, start);
         self.integrators[index].interrupts = Interrupts { cancel: self.watch.cancel.clone(), deadline };

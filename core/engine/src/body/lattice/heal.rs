@@ -17,6 +17,11 @@ pub struct PartedCells {
 }
 
 impl Lattice {
+    /// Pairs of surface points that hang together through what was healed.
+    pub(in crate::body) fn healed_pairs(&self) -> Vec<[u32; 2]> {
+        self.fragments.healed_pairs()
+    }
+
     /// The cut cells within `radius` (m) of a rest position (m), where copies of their nodes are within `join` (m) of each other, and pairs of copies
     /// that are within `radius` of each other.
     pub(in crate::body) fn parted_cells(&self, centre: Vec3, radius: f64, join: f64, nodes: &Nodes) -> PartedCells {

@@ -102,9 +102,8 @@ impl Sheet {
         let is_copy = |a: u32, b: u32| (rest(a) - rest(b)).norm() <= SAME_PLACE * self.edge;
         let may_join = |a: u32, b: u32| {
             let is_triangle = joined.get(&a).is_some_and(|joined| joined.contains(&b));
-            let both_fixed = [a, b].iter().all(|n| !nodes.constraint[*n as usize].is_free());
             let is_seam = is_copy(a, b) || distance(a, b) <= join || border.faces(&nodes.x, a, b, join);
-            a != b && !is_triangle && !both_fixed && !self.is_clamped(a) && !self.is_clamped(b) && is_seam
+            a != b && !is_triangle && self.may_weld([a, b], nodes) && is_seam
         };
         let partner_of = |a: u32| {
             let others = near.iter().copied().filter(|b| distance(a, *b) <= radius && may_join(a, *b));
@@ -114,6 +113,11 @@ impl Sheet {
         let partner: BTreeMap<u32, u32> = near.iter().filter_map(|a| Some((*a, partner_of(*a)?))).collect();
         let is_mutual = |(a, b): &(&u32, &u32)| a < b && partner.get(*b) == Some(a);
         partner.iter().filter(is_mutual).map(|(a, b)| [*a, *b]).collect()
+    }
+
+    /// Whether two nodes may become one: at least one is free, and neither is the end of a clamped edge.
+    pub(crate) fn may_weld(&self, pair: [u32; 2], nodes: &Nodes) -> bool {
+        pair.iter().any(|n| nodes.constraint[*n as usize].is_free()) && !pair.iter().any(|n| self.is_clamped(*n))
     }
 
     /// Whether a node is the end of a clamped edge.

@@ -5,12 +5,14 @@ mod edit;
 mod hand;
 mod level;
 mod obstacle;
+mod seam;
 
 pub use body::*;
 pub use edit::*;
 pub use hand::*;
 pub use level::Level;
 pub use obstacle::*;
+pub use seam::SeamScene;
 
 use super::units::{
     Acceleration, Angle, Damping, Force, ForceRate, Frequency, Length, Mass, Speed, Stiffness, Time, Toughness,

@@ -90,6 +90,8 @@ struct CutCell {
     neighbours: [u64; 6],
     voxels: Voxels,
     fragments: Vec<Fragment>,
+    /// Whether parts of it have been joined again since it was first cut.
+    is_healed: bool,
 }
 
 /// A connected part of a cut cell.
@@ -247,7 +249,8 @@ impl Fragments {
             };
             nodes.iter().for_each(|node| self.cells_of_node.entry(*node).or_default().push(id));
             let voxels = Voxels::new(solid, points);
-            self.cells.insert(id, CutCell { reference, nodes, neighbours, voxels, fragments: vec![whole] });
+            self.cells
+                .insert(id, CutCell { reference, nodes, neighbours, voxels, fragments: vec![whole], is_healed: false });
         }
         Ok(())
     }

@@ -1,0 +1,173 @@
+//! Seams of sheets that a scene closes from its start, as of a sewing pattern: pairs of vertices that are near enough become one node, the others
+//! are drawn together first, by equal and opposite springs.
+//!
+//! What is left to join follows from the nodes alone, so an undo that opens a seam has it closed again.
+
+use super::event::EventKind;
+use super::open::Opening;
+use super::seam_pairs::{Seam, gap, pairs};
+use super::{Session, SessionError};
+use crate::body::{Body, Discretization, Model};
+use crate::contact::NodeSums;
+use crate::scene::{BodyScene, SeamScene};
+use crate::tool::diagonal;
+use pliant_solver::{NodeSprings, StepTime};
+use std::collections::BTreeSet;
+use toml::Spanned;
+
+/// Seams of all bodies.
+#[derive(Default)]
+pub(super) struct Seams {
+    /// Seams of each body; empty where the scene has none.
+    pub of_body: Vec<Vec<Seam>>,
+    /// Number of pairs that each body had apart in the last step.
+    pub open: Vec<usize>,
+    /// Bodies whose material has refused a join, and those of which it was told that a seam is open: they are tried no more.
+    refused: BTreeSet<usize>,
+    told: BTreeSet<usize>,
+    sums: NodeSums,
+}
+
+impl Seams {
+    /// The seams of each moving body; none where the scene has none at all.
+    pub fn new(of_body: Vec<Vec<Seam>>) -> Self {
+        Self {
+            open: of_body.iter().map(|seams| seams.iter().map(|seam| seam.pairs.len()).sum()).collect(),
+            of_body,
+            ..Self::default()
+        }
+    }
+}
+
+/// Stiffness of the spring of a pair over its lighter mass and the square of the step: as stiff as an implicit step bears, and as an explicit one
+/// follows.
+const STIFFNESS: [f64; 2] = [100.0, 0.1];
+/// Time after which a seam that is still open is told, s beyond its `time`.
+const LATE: f64 = 0.1;
+
+impl Opening<'_> {
+    /// The seams of a body.
+    ///
+    /// # Errors
+    /// Those of [`pairs`]; a seam of a solid; vertices that are apart without a `time`.
+    pub(super) fn seams(
+        &self,
+        scene: &BodyScene,
+        model: &Model,
+        discretization: &Discretization,
+    ) -> Result<Vec<Seam>, SessionError> {
+        let seam = |spanned: &Spanned<SeamScene>| -> Result<Seam, SessionError> {
+            let wrong = |text: String| self.source.error(spanned.span(), text);
+            let name = scene.name.get_ref();
+            let Discretization::Sheet(sheet) = discretization else {
+                return Err(wrong(format!("`stitch` of body `{name}`, a solid; allowed is a body with `sheet`")).into());
+            };
+            let pairs = pairs(spanned, self.source, model)?;
+            let time = spanned.get_ref().time.as_ref().map_or(0.0, |time| time.get_ref().si);
+            if let Some(given) = spanned.get_ref().time.as_ref().filter(|_| time < 0.0) {
+                let text = format!("time of a seam is {time} s; allowed is 0 or more");
+                return Err(self.source.error(given.span(), text).into());
+            }
+            let most = Body::join_distance(sheet.edge());
+            if let Some([a, b]) = pairs.iter().find(|pair| time == 0.0 && gap(model, **pair) > most) {
+                let text = format!(
+                    "vertices {a} and {b} of a seam of body `{name}` are {:.4} m apart; allowed is up to {most:.4} m, a quarter of an edge, or a \
+                     `time` in which they are drawn together",
+                    gap(model, [*a, *b])
+                );
+                return Err(wrong(text).into());
+            }
+            Ok(Seam { pairs, time, place: wrong(String::new()).place() })
+        };
+        scene.stitch.iter().map(seam).collect()
+    }
+}
+
+impl Session {
+    /// Joins what is near enough of the seams of all bodies.
+    pub(super) fn close_seams(&mut self, time: f64) {
+        for index in 0..self.seams.of_body.len() {
+            let body = &mut self.bodies[index];
+            let is_idle = self.seams.of_body[index].is_empty() || self.seams.refused.contains(&index);
+            let (Discretization::Sheet(sheet), false) = (&body.discretization, is_idle || body.frozen.is_some()) else {
+                continue;
+            };
+            let nodes = &body.system.nodes;
+            let most = Body::join_distance(sheet.edge());
+            let (mut near, mut used) = (Vec::new(), BTreeSet::new());
+            for pair in self.seams.of_body[index].iter().flat_map(|seam| &seam.pairs) {
+                let [a, b] = pair.map(|v| sheet.node_of(v));
+                let is_near = (nodes.x[a as usize] - nodes.x[b as usize]).norm() <= most;
+                // A node that has just become one of two is joined further in the next step.
+                if a != b && is_near && sheet.may_weld([a, b], nodes) && !used.contains(&a) && !used.contains(&b) {
+                    used.extend([a, b]);
+                    near.push([a.min(b), a.max(b)]);
+                }
+            }
+            if near.is_empty() {
+                continue;
+            }
+            match body.join_nodes(&near) {
+                Ok(()) => self.changed(index),
+                Err(error) => {
+                    self.seams.refused.insert(index);
+                    let name = &self.bodies[index].name;
+                    self.events.add(EventKind::Message, time, || format!("body `{name}`: a seam stays open: {error}"));
+                }
+            }
+        }
+    }
+
+    /// Springs that draw the open pairs of a body together in a step.
+    pub(super) fn draw_seams(&mut self, index: usize, time: StepTime, springs: &mut NodeSprings) {
+        springs.clear();
+        let Some(seams) = self.seams.of_body.get(index).filter(|seams| !seams.is_empty()) else { return };
+        let body = &self.bodies[index];
+        let Discretization::Sheet(sheet) = &body.discretization else { return };
+        if self.seams.refused.contains(&index) {
+            return;
+        }
+        let (nodes, explicit) = (&body.system.nodes, usize::from(!self.limits.scheme.is_implicit()));
+        let substeps = if explicit == 1 { self.choices.substeps.max(1) as f64 } else { 1.0 };
+        let (sums, none) = (&mut self.seams.sums, [0.0; 9]);
+        sums.begin(nodes.len());
+        let (mut open, mut widest, mut late) = (0, 0.0_f64, None);
+        for seam in seams {
+            let left = (seam.time - time.start).max(time.dt);
+            for pair in &seam.pairs {
+                let [a, b] = pair.map(|v| sheet.node_of(v));
+                if a == b || !sheet.may_weld([a, b], nodes) {
+                    continue;
+                }
+                let gap = nodes.x[b as usize] - nodes.x[a as usize];
+                let light = nodes.mass[a as usize].min(nodes.mass[b as usize]);
+                // The whole gap is left to the time that is left.
+                let share = time.dt / left;
+                let stiffness = 0.5 * STIFFNESS[explicit] * light * (substeps / time.dt).powi(2);
+                let force = share * stiffness * gap;
+                let block = diagonal(stiffness);
+                sums.add(a, 1.0, force, &block, &none);
+                sums.add(b, 1.0, -force, &block, &none);
+                (open, widest) = (open + 1, widest.max(gap.norm()));
+                if time.start > seam.time + LATE {
+                    late = Some(&seam.place);
+                }
+            }
+        }
+        sums.drain_into(1.0, &nodes.x, springs);
+        self.seams.open[index] = open;
+        if let Some(place) = late
+            && self.seams.told.insert(index)
+        {
+            let name = &body.name;
+            self.events.add(EventKind::Message, time.start, || {
+                format!("{place}: body `{name}`: {open} pairs of its seams are still up to {widest:.4} m apart: what holds them is stronger")
+            });
+        }
+    }
+
+    /// Number of pairs of vertices of a body's seams that are not joined yet.
+    pub fn open_seam_pairs(&self, body: usize) -> usize {
+        self.seams.open.get(body).copied().unwrap_or(0)
+    }
+}
