@@ -271,7 +271,8 @@ impl Plan {
             let driven = body.fixed.iter().any(|f| f.get_ref().path.iter().any(|row| row[1..] != [0.0; 3]));
             let whole = body.sheet.is_some() || body.grid.region == Extent::Whole;
             let falls = self.gravity != Vec3::zeros() && whole;
-            let pushed = whole && scene.obstacle.iter().any(|o| !o.path.get_ref().is_empty());
+            let pushed = whole
+                && scene.obstacle.iter().any(|o| !o.path.get_ref().is_empty() || !o.rotation_path.get_ref().is_empty());
             let sewn = !body.stitch.is_empty();
             let moving = !self.tools.is_empty() || driven || falls || pushed || sewn;
             self.moving.push(moving);

@@ -54,6 +54,8 @@ pub(super) fn is_settled(mut next: impl Iterator<Item = Option<(VertexContact, b
     }) && changes
 }
 
+/// Approach speed below which a vertex does not bounce, m/s.
+pub(super) const MIN_REBOUND_SPEED: f64 = 0.02;
 /// Largest relative error of a normal force that friction may be computed from.
 const MAX_FORCE_ERROR: f64 = 0.1;
 

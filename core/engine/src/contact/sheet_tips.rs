@@ -8,7 +8,7 @@
 //! friction of that step, and sticks if that friction would accelerate it.
 
 use super::fingertip::{Press, SWEEP, Tip, Vertex, contact_normal, goes_far, starts_sliding};
-use super::held::{State, VertexContact, is_settled};
+use super::held::{MIN_REBOUND_SPEED, State, VertexContact, is_settled};
 use super::neighbour_list::NeighbourList;
 use super::tip_motion::{MOST_TRIED, TipMotion};
 use pliant_solver::{Constraint, ContactConstraints, MAX_ACTIVE_SET_PASSES, System, TrialStep, Vec3};
@@ -58,8 +58,6 @@ const MAX_CORRECTION_SPEED: f64 = 0.5;
 const CONTACT_GAP: f64 = 1e-3;
 /// Sine of the angle between two normals below which they count as parallel.
 const PARALLEL: f64 = 0.02;
-/// Approach speed below which a vertex does not bounce, m/s.
-const MIN_REBOUND_SPEED: f64 = 0.02;
 
 impl SheetTips {
     /// Drops all contacts and invalidates the neighbour lists, as after a change of the body's nodes.

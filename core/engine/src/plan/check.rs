@@ -335,6 +335,9 @@ impl Check<'_> {
         }
         self.friction(&obstacle.friction)?;
         self.path(obstacle.path.get_ref(), &format!("obstacle `{name}`"), obstacle.path.span())?;
+        let turns = &obstacle.rotation_path;
+        self.path(turns.get_ref(), &format!("the rotation of obstacle `{name}`"), turns.span())?;
+        self.restitution(obstacle.restitution.as_ref())?;
         if scene.time.integrator == IntegratorChoice::QuasiStatic {
             let text = format!(
                 "obstacle `{name}` with `integrator = \"quasi-static\"`; allowed is an integrator with inertia, as `backward-euler`: an equilibrium \
@@ -389,11 +392,14 @@ impl Check<'_> {
             self.blade(blade.get_ref())?;
         }
         self.friction(&tool.friction)?;
-        if let Some(restitution) = tool.restitution.as_ref().filter(|e| !(0.0..=1.0).contains(e.get_ref())) {
-            let text = format!("restitution {}; allowed is 0 to 1", restitution.get_ref());
-            return self.wrong(restitution.span(), text);
+        self.restitution(tool.restitution.as_ref())
+    }
+
+    fn restitution(&self, restitution: Option<&Spanned<f64>>) -> Result<(), SceneError> {
+        match restitution.filter(|e| !(0.0..=1.0).contains(e.get_ref())) {
+            Some(e) => self.wrong(e.span(), format!("restitution {}; allowed is 0 to 1", e.get_ref())),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     fn blade(&self, blade: &BladeScene) -> Result<(), SceneError> {

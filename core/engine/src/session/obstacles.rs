@@ -134,20 +134,25 @@ impl Opening<'_> {
         };
         let [static_coefficient, kinetic_coefficient] = *scene.friction.get_ref();
         let path: Vec<(f64, Vec3)> = scene.path.get_ref().iter().map(|&[t, x, y, z]| (t, Vec3::new(x, y, z))).collect();
+        let degrees = |&[t, x, y, z]: &[f64; 4]| (t, Vec3::new(x, y, z) * (std::f64::consts::PI / 180.0));
+        let turns = scene.rotation_path.get_ref().iter().map(degrees).collect();
         let kind = scene.shape.as_ref().map_or("mesh", |shape| shape.get_ref().kind.get_ref()).to_owned();
         let mut obstacle = Obstacle {
             name,
             kind,
             surface: Arc::new(surface),
-            rotation: rotation.unwrap_or_else(UnitQuaternion::identity),
+            rotation: UnitQuaternion::identity(),
+            initial_rotation: rotation.unwrap_or_else(UnitQuaternion::identity),
             origin,
             path,
+            turns,
+            restitution: scene.restitution.as_ref().map_or(0.0, |e| *e.get_ref()),
             friction: crate::contact::Friction { static_coefficient, kinetic_coefficient },
             position: origin,
             force: Vec3::zeros(),
             friction_work: 0.0,
         };
-        obstacle.position = obstacle.position_at(0.0);
+        (obstacle.position, obstacle.rotation) = (obstacle.position_at(0.0), obstacle.rotation_at(0.0));
         Ok(obstacle)
     }
 }
@@ -189,12 +194,14 @@ impl Session {
     /// Whether an obstacle moves in a step near the box of a body, m.
     pub(super) fn obstacle_comes(&self, [low, high]: [Vec3; 2], reach: f64, time: StepTime) -> bool {
         self.obstacles.list.iter().any(|obstacle| {
-            let velocity = obstacle.velocity(time);
-            if velocity == Vec3::zeros() {
+            let corners: [Vec3; 8] =
+                std::array::from_fn(|i| Vec3::from_fn(|c, _| if i >> c & 1 == 1 { high[c] } else { low[c] }));
+            let fastest = obstacle.fastest(&corners, time);
+            if fastest == 0.0 {
                 return false;
             }
-            let [from, to] = obstacle.bounds_at(obstacle.position_at(time.start));
-            let reach = reach + 2.0 * time.dt * velocity.norm();
+            let [from, to] = obstacle.bounds_at(obstacle.position_at(time.start), obstacle.rotation_at(time.start));
+            let reach = reach + 2.0 * time.dt * fastest;
             (0..3).all(|c| from[c] < high[c] + reach && low[c] < to[c] + reach)
         })
     }
@@ -203,15 +210,18 @@ impl Session {
     pub(super) fn place_obstacles(&mut self, index: usize, time: StepTime) {
         let Some(contacts) = self.obstacles.contacts.get_mut(index) else { return };
         let list = &self.obstacles.list;
-        let fastest = list.iter().fold(0.0, |most: f64, obstacle| most.max(obstacle.velocity(time).norm()));
         let body = &mut self.bodies[index];
+        let x = &body.system.nodes.x;
+        let fastest = list.iter().fold(0.0, |most: f64, obstacle| most.max(obstacle.fastest(x, time)));
         let speed = body.system.nodes.v.iter().fold(0.0, |most: f64, v| most.max(v.norm_squared())).sqrt();
         let reach = time.dt * (2.0 * speed + fastest + 2.0 * time.dt * self.plan.gravity.norm());
         let placed = list.iter().map(|obstacle| PlacedObstacle {
             surface: Arc::clone(&obstacle.surface),
-            rotation: obstacle.rotation,
+            rotation: obstacle.rotation_at(time.start),
             position: obstacle.position_at(time.start),
             velocity: obstacle.velocity(time),
+            spin: obstacle.spin(time),
+            restitution: obstacle.restitution,
             friction: obstacle.friction,
         });
         let moved = std::mem::take(&mut self.obstacles.unseen[index]);
@@ -222,10 +232,15 @@ impl Session {
 
     /// Moves the obstacles to the end of a step and sums the forces on them.
     pub(super) fn finish_obstacles(&mut self, time: StepTime) {
-        let mut fastest = 0.0_f64;
+        let list = &self.obstacles.list;
+        for ((unseen, moved), body) in self.obstacles.unseen.iter_mut().zip(&self.moved).zip(&self.bodies) {
+            let x = &body.system.nodes.x;
+            let fastest = list.iter().fold(0.0, |most: f64, obstacle| most.max(obstacle.fastest(x, time)));
+            *unseen += moved + time.dt * fastest;
+        }
         for (at, obstacle) in self.obstacles.list.iter_mut().enumerate() {
-            fastest = fastest.max(obstacle.velocity(time).norm());
-            obstacle.position = obstacle.position_at(time.end());
+            let end = time.end();
+            (obstacle.position, obstacle.rotation) = (obstacle.position_at(end), obstacle.rotation_at(end));
             (obstacle.force, obstacle.friction_work) = (Vec3::zeros(), 0.0);
             for (contacts, body) in self.obstacles.contacts.iter().zip(&self.bodies) {
                 if body.frozen.is_none()
@@ -236,9 +251,6 @@ impl Session {
                 }
             }
             self.obstacles.pushes[at] += u64::from(obstacle.force != Vec3::zeros());
-        }
-        for (unseen, moved) in self.obstacles.unseen.iter_mut().zip(&self.moved) {
-            *unseen += moved + time.dt * fastest;
         }
     }
 
@@ -281,7 +293,7 @@ impl Session {
 
 /// The text of a warning if vertices of a body start inside of an obstacle.
 fn starts_inside(body: &Body, obstacle: &Obstacle) -> Option<String> {
-    let [low, high] = obstacle.bounds_at(obstacle.position);
+    let [low, high] = obstacle.bounds_at(obstacle.position, obstacle.rotation);
     let near = |p: &&Vec3| (0..3).all(|c| low[c] <= p[c] && p[c] <= high[c]);
     let depths = body.model.surface.points.iter().filter(near).map(|p| -obstacle.distance(*p));
     let inside = depths.filter(|depth| *depth > INSIDE * body.discretization.edge());

@@ -19,7 +19,7 @@ mod points;
 pub use body_contacts::BodyContacts;
 pub use placed::PlacedObstacle;
 
-use super::held::{State, VertexContact, is_settled};
+use super::held::{MIN_REBOUND_SPEED, State, VertexContact, is_settled};
 use crate::body::{Body, Discretization, LatticeError};
 use crate::obstacle::Nearest;
 use placed::ContactPlane;
@@ -139,9 +139,9 @@ impl ObstacleContacts {
         self.fixed[node as usize]
     }
 
-    /// Normal velocity, m/s, that brings a point with this plane onto the surface by the end of the substep.
-    fn target(&self, obstacle: usize, plane: &ContactPlane) -> f64 {
-        let towards = self.obstacles[obstacle].velocity.dot(&plane.normal);
+    /// Normal velocity, m/s, that brings a point at `x` (m) with this plane onto the surface by the end of the substep.
+    fn target(&self, obstacle: usize, x: Vec3, plane: &ContactPlane) -> f64 {
+        let towards = self.obstacles[obstacle].velocity_at(x).dot(&plane.normal);
         (towards - plane.gap / self.dt).min(towards.max(0.0) + MAX_CORRECTION_SPEED)
     }
 
@@ -153,8 +153,8 @@ impl ObstacleContacts {
 
     /// Brings the nodes of a point into contact. Returns whether any constraint has changed. A node that was released is held again, and stays so for the
     /// substep.
-    fn hold(&mut self, point: &Point, plane: &ContactPlane, system: &mut System) -> bool {
-        self.hold_nodes(point.constrained(), point.obstacle as usize, plane, system)
+    fn hold(&mut self, point: &Point, x: Vec3, plane: &ContactPlane, system: &mut System) -> bool {
+        self.hold_nodes(point.constrained(), point.obstacle as usize, (x, plane), system)
     }
 
     /// As [`Self::hold`], of these nodes of a point.
@@ -162,10 +162,10 @@ impl ObstacleContacts {
         &mut self,
         nodes: impl Iterator<Item = u32>,
         obstacle: usize,
-        plane: &ContactPlane,
+        (x, plane): (Vec3, &ContactPlane),
         system: &mut System,
     ) -> bool {
-        let target = self.target(obstacle, plane);
+        let (target, towards) = (self.target(obstacle, x, plane), self.obstacles[obstacle].velocity_at(x));
         let mut changed = false;
         for node in nodes {
             if self.is_fixed(node) {
@@ -173,6 +173,9 @@ impl ObstacleContacts {
             }
             let i = node as usize;
             let place = self.place_of[i];
+            // Where the obstacle turns, the node moves with the obstacle where the node is.
+            let turned = self.obstacles[obstacle].velocity_at(system.nodes.x[i]) - towards;
+            let target = target + turned.dot(&plane.normal);
             if place == NONE {
                 if !system.nodes.constraint[i].is_free() {
                     changed |= self.keep_out(i, plane.normal, target, system); // a tip holds it
@@ -211,7 +214,11 @@ impl ObstacleContacts {
         let before = self.previous(node).filter(|last| last.obstacle == obstacle);
         let placed = &self.obstacles[obstacle];
         let v = system.nodes.v[node as usize];
-        let past = v - placed.velocity;
+        let drive = placed.velocity_at(system.nodes.x[node as usize]);
+        let past = v - drive;
+        let speed = -past.dot(&normal);
+        let rebound = if before.is_none() && speed > MIN_REBOUND_SPEED { placed.restitution * speed } else { 0.0 };
+        let target = if rebound > 0.0 { target.max(drive.dot(&normal) + rebound) } else { target };
         let slip = past - past.dot(&normal) * normal;
         // A new contact sticks unless it is faster along the surface than friction can stop in the substep.
         let stops = placed.friction.kinetic_coefficient * (target - v.dot(&normal)).max(0.0);
@@ -222,7 +229,7 @@ impl ObstacleContacts {
             normal,
             other: Vec3::zeros(),
             target: [target, 0.0],
-            rebound: 0.0,
+            rebound,
             state: if slides { State::Slides } else { State::Sticks },
             stuck_before: before.is_some() && !slides,
             caught: false,
@@ -234,7 +241,7 @@ impl ObstacleContacts {
     /// Sets the constraint and the prescribed velocity of a node from its contact state.
     fn constrain(&self, contact: &VertexContact, system: &mut System) {
         let i = contact.node as usize;
-        let (n, drive) = (contact.normal, self.obstacles[contact.tips.0].velocity);
+        let (n, drive) = (contact.normal, self.obstacles[contact.tips.0].velocity_at(system.nodes.x[i]));
         let [a, b] = contact.target;
         let (constraint, prescribed) = match (contact.state, contact.tips.1) {
             (State::Free, _) => (Constraint::Free, Vec3::zeros()),
@@ -260,7 +267,8 @@ impl ObstacleContacts {
     ) -> Option<(VertexContact, bool)> {
         let placed = &self.obstacles[contact.tips.0];
         let Some(second) = contact.tips.1 else {
-            return contact.transition(placed.friction, placed.velocity, system, trial);
+            let drive = placed.velocity_at((trial.start)(system, contact.node as usize));
+            return contact.transition(placed.friction, drive, system, trial);
         };
         if contact.caught {
             return None;
@@ -292,8 +300,8 @@ impl ObstacleContacts {
             let point = self.points[at];
             let v = point.mean(|i| velocity(system, i));
             let placed = &self.obstacles[point.obstacle as usize];
-            let way = self.dt * (v - placed.velocity);
             let (start, gap) = self.starts[at];
+            let way = self.dt * (v - placed.velocity_at(start));
             if gap - way.norm() >= -self.tolerance {
                 continue;
             }
@@ -303,7 +311,7 @@ impl ObstacleContacts {
             if deeper <= self.tolerance {
                 continue;
             }
-            if self.hold(&point, &plane, system) {
+            if self.hold(&point, start, &plane, system) {
                 changed = true;
                 continue;
             }
@@ -312,12 +320,12 @@ impl ObstacleContacts {
             if deeper <= self.turn {
                 continue;
             }
-            let target = self.target(point.obstacle as usize, &plane);
+            let target = self.target(point.obstacle as usize, start, &plane);
             let inwards = |node: u32| target - velocity(system, node as usize).dot(&plane.normal);
             let free = point.carriers().filter(|(node, _)| !self.is_fixed(*node));
             let furthest = free.max_by(|a, b| (a.1 * inwards(a.0)).total_cmp(&(b.1 * inwards(b.0))));
             let node = furthest.map(|(node, _)| node).into_iter();
-            changed |= self.hold_nodes(node, point.obstacle as usize, &plane, system);
+            changed |= self.hold_nodes(node, point.obstacle as usize, (start, &plane), system);
         }
         changed
     }
@@ -330,7 +338,8 @@ impl ObstacleContacts {
                 let point = &self.points[at];
                 let index = point.obstacle as usize;
                 let placed = &self.obstacles[index];
-                let now = placed.nearest(point.position(&system.nodes) - self.dt * placed.velocity);
+                let x = point.position(&system.nodes);
+                let now = placed.nearest_after(x, self.dt);
                 let excess = self.starts[at].1.min(0.0) - now.distance;
                 let free = point.carriers().filter(|(node, _)| !self.fixed[*node as usize]);
                 let squares: f64 = free.clone().map(|(_, w)| w * w).sum();
@@ -338,7 +347,7 @@ impl ObstacleContacts {
                     continue;
                 }
                 is_done = false;
-                let inwards = (point.mean(|i| system.nodes.v[i]) - placed.velocity).dot(&now.normal).min(0.0);
+                let inwards = (point.mean(|i| system.nodes.v[i]) - placed.velocity_at(x)).dot(&now.normal).min(0.0);
                 for (node, weight) in free {
                     let (i, share) = (node as usize, weight / squares);
                     system.nodes.x[i] += share * excess * now.normal;
@@ -420,7 +429,7 @@ impl ContactConstraints for ObstacleContacts {
             let (x, v) = (point.position(&system.nodes), point.mean(|i| system.nodes.v[i]));
             let start = placed.nearest(x);
             self.starts.push((x, start.distance));
-            let way = dt * (v - placed.velocity);
+            let way = dt * (v - placed.velocity_at(x));
             let plane = match start.distance > way.norm() {
                 true => ContactPlane { normal: start.normal, gap: start.distance },
                 false => placed.plane(x, v, dt),
@@ -428,7 +437,7 @@ impl ContactConstraints for ObstacleContacts {
             let enters = plane.gap + plane.normal.dot(&way) < -self.tolerance;
             let was_here = |node| self.previous(node).is_some_and(|last| last.obstacle == point.obstacle as usize);
             if enters || (start.distance <= self.follow && point.constrained().all(was_here)) {
-                self.hold(&point, &plane, system);
+                self.hold(&point, x, &plane, system);
             }
         }
     }
@@ -474,7 +483,7 @@ impl ContactConstraints for ObstacleContacts {
         self.force.fill(Vec3::zeros());
         self.friction_work.fill(0.0);
         for placed in &mut self.obstacles {
-            placed.position -= self.elapsed * placed.velocity;
+            placed.advance(-self.elapsed);
         }
         self.elapsed = 0.0;
         for contact in self.contacts.drain(..) {
@@ -501,7 +510,7 @@ impl ContactConstraints for ObstacleContacts {
                         self.force[second] -= share * (q - c * p) / (1.0 - c * c) * contact.other;
                     }
                 }
-                let slip = system.nodes.v[i] - placed.velocity;
+                let slip = system.nodes.v[i] - placed.velocity_at(system.nodes.x[i]);
                 let next_friction =
                     || contact.next_friction(placed.friction, reaction[i], slip, system.nodes.mass[i], self.dt);
                 let friction = slides.then(next_friction).flatten();
@@ -511,11 +520,10 @@ impl ContactConstraints for ObstacleContacts {
                     reaction[i] += contact.friction;
                 }
                 // The velocity that moved it out of an obstacle was a correction of its position; it is removed again.
-                for (obstacle, n) in [(Some(index), contact.normal), (contact.tips.1, contact.other)]
-                    .into_iter()
-                    .filter_map(|(o, n)| Some((o?, n)))
-                {
-                    let excess = (system.nodes.v[i] - self.obstacles[obstacle].velocity).dot(&n).max(0.0);
+                let planes = [(Some(index), contact.normal, contact.rebound), (contact.tips.1, contact.other, 0.0)];
+                for (obstacle, n, rebound) in planes.into_iter().filter_map(|(o, n, rebound)| Some((o?, n, rebound))) {
+                    let drive = self.obstacles[obstacle].velocity_at(system.nodes.x[i]);
+                    let excess = ((system.nodes.v[i] - drive).dot(&n) - rebound).max(0.0);
                     system.nodes.v[i] -= excess * n;
                     let push = system.nodes.mass[i] * excess / self.dt;
                     self.force[obstacle] += share * push * n;
@@ -527,7 +535,7 @@ impl ContactConstraints for ObstacleContacts {
         self.previous.sort_unstable_by_key(|last| last.node);
         self.move_out(system);
         for placed in &mut self.obstacles {
-            placed.position += self.dt * placed.velocity;
+            placed.advance(self.dt);
         }
         self.elapsed += self.dt;
     }

@@ -38,10 +38,17 @@ pub struct ObstacleScene {
     #[serde(default = "default_friction")]
     #[schemars(with = "[f64; 2]")]
     pub friction: Spanned<[f64; 2]>,
+    /// Of the speed at which a point of a body meets it, what they part with: 0, the default, to 1.
+    #[schemars(with = "Option<f64>")]
+    pub restitution: Option<Spanned<f64>>,
     /// Rows of time (s) and displacement (m): linear between, constant outside.
     #[serde(default = "default_path")]
     #[schemars(with = "Vec<[f64; 4]>")]
     pub path: Spanned<Vec<[f64; 4]>>,
+    /// Rows of time (s) and rotation vector (degrees) about `position`, moved along `path` and after `rotation`: linear between, constant outside.
+    #[serde(default = "default_path")]
+    #[schemars(with = "Vec<[f64; 4]>")]
+    pub rotation_path: Spanned<Vec<[f64; 4]>>,
 }
 
 /// The shape of an obstacle.
