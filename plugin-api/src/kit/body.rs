@@ -7,6 +7,7 @@ use crate::batch::Strides;
 use crate::fault::Fault;
 use crate::material::{ElementRequest, TangentScale};
 use core::marker::PhantomData;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::ptr::null;
 
@@ -67,6 +68,28 @@ impl ElementSet {
     fn block_count(&self) -> usize {
         self.count() * self.corners * (self.corners + 1) / 2
     }
+
+    /// Slots by which pairs of the same two nodes share a block, and the number of blocks.
+    fn shared_slots(&self) -> (Vec<u32>, usize) {
+        let (mut slots, mut blocks) = (Vec::with_capacity(self.block_count()), BTreeMap::new());
+        for nodes in self.nodes.chunks_exact(self.corners) {
+            for (a, b) in (0..self.corners).flat_map(|a| (a..self.corners).map(move |b| (a, b))) {
+                let (i, j, next) = (nodes[a], nodes[b], blocks.len() as u32);
+                let block = *blocks.entry((i.min(j), i.max(j))).or_insert(next);
+                slots.push(if i > j { block | abi::TRANSPOSED } else { block });
+            }
+        }
+        (slots, blocks.len())
+    }
+}
+
+/// Blocks of a body with pairs of the same two nodes added up (sets x pairs of nodes x 9), N/m.
+#[derive(Debug)]
+pub struct SummedBlocks {
+    /// In double precision.
+    pub double: Vec<Vec<[f64; 9]>>,
+    /// In single precision; zero for elements without [`abi::HAS_SINGLE`], and diagonal blocks.
+    pub single: Vec<Vec<[f32; 9]>>,
 }
 
 impl Body {
@@ -301,6 +324,28 @@ impl Body {
             material.call_single_tangent(call, scale, &slots[s], &mut out[s])
         })?;
         Ok(out)
+    }
+
+    /// The blocks of every set with pairs of the same two nodes added up, as in a host's matrix: their bytes depend on the order in which a material
+    /// adds.
+    ///
+    /// # Errors
+    /// The material's fault.
+    pub fn summed_blocks<S: MaterialUnderTest + ?Sized>(
+        &self,
+        material: &S,
+        scale: TangentScale,
+    ) -> Result<SummedBlocks, Fault> {
+        let slots: Vec<(Vec<u32>, usize)> = self.sets.iter().map(ElementSet::shared_slots).collect();
+        let mut double: Vec<_> = slots.iter().map(|(_, count)| vec![[0.0; 9]; *count]).collect();
+        let mut single: Vec<_> = slots.iter().map(|(_, count)| vec![[0.0; 9]; *count]).collect();
+        self.for_each_call(abi::HAS_FORCES, usize::MAX, |s, call| {
+            material.call_tangent(call, scale, &slots[s].0, &mut double[s])
+        })?;
+        self.for_each_call(abi::HAS_SINGLE, usize::MAX, |s, call| {
+            material.call_single_tangent(call, scale, &slots[s].0, &mut single[s])
+        })?;
+        Ok(SummedBlocks { double, single })
     }
 
     /// Histories after a step of 1 ms that ended in the present state, one for each request (stride x m, plane-major), computed in calls

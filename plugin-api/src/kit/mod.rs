@@ -18,7 +18,7 @@ mod tested_material;
 
 pub use allocations::{CountingAllocator, allocations};
 pub use block::{Block, block};
-pub use body::{Body, ElementPlanes};
+pub use body::{Body, ElementPlanes, SummedBlocks};
 pub use candidate::{Candidate, Kind};
 pub use cases::{Case, Verdict, cases, check};
 pub use instance::TestInstance;

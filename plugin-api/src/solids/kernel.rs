@@ -3,10 +3,10 @@
 use super::call::SolidCall;
 use super::energy::SolidEnergy;
 use super::hessian::Stiffness;
-use super::registers::{add_blocks, gather, scatter};
+use super::registers::{CORNER_PAIRS, ElementBlocks, gather, scatter};
 use super::viscosity::{Damping, ViscosityCoefficients, add_viscous_stress};
 use crate::lanes::{Vec3, Wide};
-use crate::{BlockScalar, Blocks, NodeVectors, TangentScale, pair_index};
+use crate::{BlockScalar, Blocks, NodeVectors, TangentScale};
 use pulp::{Simd, WithSimd};
 
 /// Adds forces. Returns a sum over the elements that is finite only if the forces are.
@@ -54,6 +54,7 @@ impl<E: SolidEnergy, T: BlockScalar> WithSimd for Tangent<'_, '_, '_, E, T> {
             shear: scale.damping * viscosity.shear,
             dilatation: scale.damping * viscosity.dilatation,
         };
+        let mut blocks = ElementBlocks::<T>::default();
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
             let shape = shapes.load(simd, e);
             let f = shape.deformation_gradient(gather(simd, nodes, e, elements.x()));
@@ -63,22 +64,20 @@ impl<E: SolidEnergy, T: BlockScalar> WithSimd for Tangent<'_, '_, '_, E, T> {
                 Some(Stiffness::new(&shape, scale.stiffness, energy.hessian(&f)))
             };
             let damping = if viscosity.shear == 0.0 { None } else { Some(Damping::new(&shape, &f, viscosity)) };
-            let elements = e..nodes.len().min(e + S::F64_LANES);
-            for a in 0..4 {
-                for b in a..4 {
-                    if a == b && !T::HAS_DIAGONAL_BLOCKS {
-                        continue;
-                    }
-                    let mut block = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 3];
-                    if let Some(stiffness) = &stiffness {
-                        block = stiffness.block(a, b);
-                    }
-                    if let Some(damping) = &damping {
-                        damping.add_block(a, b, &mut block);
-                    }
-                    add_blocks(out, elements.clone(), pair_index(a, b, 4), &block);
+            for (a, b) in CORNER_PAIRS {
+                if a == b && !T::HAS_DIAGONAL_BLOCKS {
+                    continue;
                 }
+                let mut block = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 3];
+                if let Some(stiffness) = &stiffness {
+                    block = stiffness.block(a, b);
+                }
+                if let Some(damping) = &damping {
+                    damping.add_block(a, b, &mut block);
+                }
+                blocks.set((a, b), &block);
             }
+            blocks.add_to(out, e, 0..S::F64_LANES.min(nodes.len() - e));
         }
     }
 }

@@ -25,7 +25,7 @@ pub use call::{Shapes, SolidCall, add_mass, requests};
 pub use energy::SolidEnergy;
 pub use hessian::{EnergyHessian, PrincipalModes, Stiffness};
 pub use matrix::Mat3;
-pub use registers::{add_blocks, gather, scatter};
+pub use registers::{CORNER_PAIRS, ElementBlocks, gather, scatter};
 pub use svd::{Eigen, Svd, svd, symmetric_eigen};
 pub use tetrahedron::{STRIDE, Tetrahedron, at_corners, rest_planes, write_rest_data};
 pub use viscosity::{Damping, ViscosityCoefficients, add_viscous_stress};

@@ -34,24 +34,47 @@ pub fn scatter<S: Simd>(nodes: &[[u32; 4]], e: usize, vectors: &[Vec3<Wide<S>>; 
     sum
 }
 
-/// Adds the block of a pair of corners ([`pair_index`](crate::pair_index)) to the matrix for a range of elements, one per lane.
-#[inline(always)]
-pub fn add_blocks<S: Simd, T: BlockScalar>(
-    out: &mut Blocks<'_, T>,
-    elements: core::ops::Range<usize>,
-    pair: usize,
-    block: &Mat3<Wide<S>>,
-) {
-    let mut blocks = [[[T::from_f64(0.0); 3]; 3]; MAX_LANES];
-    for i in 0..3 {
-        for j in 0..3 {
-            let entries = block[i][j].to_array();
-            for lane in 0..S::F64_LANES {
-                blocks[lane][i][j] = T::from_f64(entries[lane]);
+/// Blocks of the pairs of corners of a few tetrahedra, one for each lane, that go to the matrix element by element. Pairs of several elements share a
+/// block of the matrix, so the order of the sums would depend on the vector unit if a pair of all lanes came before the next pair.
+pub struct ElementBlocks<T> {
+    /// By lane and pair ([`pair_index`](crate::pair_index)), N/m.
+    blocks: [[[[T; 3]; 3]; CORNER_PAIRS.len()]; MAX_LANES],
+}
+
+/// Pairs of corners (a, b), a <= b, of a tetrahedron, in the order of [`pair_index`](crate::pair_index).
+pub const CORNER_PAIRS: [(usize, usize); 10] =
+    [(0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3)];
+
+impl<T: BlockScalar> Default for ElementBlocks<T> {
+    fn default() -> Self {
+        Self { blocks: [[[[T::from_f64(0.0); 3]; 3]; CORNER_PAIRS.len()]; MAX_LANES] }
+    }
+}
+
+impl<T: BlockScalar> ElementBlocks<T> {
+    /// Sets the block of corners a and b, N/m.
+    #[inline(always)]
+    pub fn set<S: Simd>(&mut self, (a, b): (usize, usize), block: &Mat3<Wide<S>>) {
+        let pair = crate::pair_index(a, b, 4);
+        for i in 0..3 {
+            for j in 0..3 {
+                let entries = block[i][j].to_array();
+                for lane in 0..S::F64_LANES {
+                    self.blocks[lane][pair][i][j] = T::from_f64(entries[lane]);
+                }
             }
         }
     }
-    for (e, block) in elements.zip(&blocks) {
-        out.add(e, pair, block);
+
+    /// Adds the blocks of these lanes, in ascending order, to the matrix; `first` is the element of lane 0.
+    #[inline(always)]
+    pub fn add_to(&self, out: &mut Blocks<'_, T>, first: usize, lanes: impl Iterator<Item = usize>) {
+        for lane in lanes {
+            for (pair, (a, b)) in CORNER_PAIRS.into_iter().enumerate() {
+                if a != b || T::HAS_DIAGONAL_BLOCKS {
+                    out.add(first + lane, pair, &self.blocks[lane][pair]);
+                }
+            }
+        }
     }
 }

@@ -286,7 +286,8 @@ mod tests {
             let mut material: MassSpring = kit::material(&[("damping-time", tau)]).unwrap();
             let mut body = kit::Body::new(&material, block.rest.clone(), |r| block.elements(r.kind)).unwrap();
             for (i, (x, v)) in body.x.iter_mut().zip(&mut body.v).enumerate() {
-                *x = [x[0] + 2e-3 * (i as f64).sin(), x[1] - 1e-3 * (2.0 * i as f64).cos(), x[2]];
+                // Squeezed to half, so that volumes resist.
+                *x = [x[0] + 2e-3 * (i as f64).sin(), 0.5 * x[1] - 1e-3 * (2.0 * i as f64).cos(), x[2]];
                 *v = [(i as f64).cos(), 0.5, -(i as f64).sin()];
             }
             body.x[7] = body.x[6]; // a spring without direction
@@ -299,7 +300,10 @@ mod tests {
                 let single = body.single_blocks(&material, both, usize::MAX).unwrap();
                 let stiffness = body.tangent(&material, both).unwrap();
                 let energy = body.energy(&material).unwrap();
-                let stiffness = stiffness.into_iter().chain(single.into_iter().flatten().flatten().map(f64::from));
+                let summed = body.summed_blocks(&material, both).unwrap();
+                let single = single.into_iter().chain(summed.single).flatten().flatten().map(f64::from);
+                let stiffness =
+                    stiffness.into_iter().chain(summed.double.into_iter().flatten().flatten()).chain(single);
                 results.push(
                     force.into_iter().flatten().chain(stiffness).chain([energy]).map(f64::to_bits).collect::<Vec<_>>(),
                 );

@@ -15,8 +15,8 @@
 //! derivative is at most kappa, which bounds the step of explicit integration, and psi grows on through inversion (J < 0).
 
 use pliant_plugin_api::lanes::{MAX_LANES, Real, Vec3, Wide};
-use pliant_plugin_api::solids::gather;
-use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, pair_index};
+use pliant_plugin_api::solids::{CORNER_PAIRS, ElementBlocks, gather};
+use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors};
 use pulp::{Simd, WithSimd};
 
 /// Loss of volume from which on there is resistance.
@@ -211,37 +211,32 @@ impl<T: BlockScalar> WithSimd for Stiffness<'_, '_, T> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { tetrahedra, factor, out } = self;
-        let nodes = tetrahedra.nodes;
+        let (nodes, mut blocks) = (tetrahedra.nodes, ElementBlocks::<T>::default());
         for e in (0..nodes.len()).step_by(S::F64_LANES) {
             let Some(Losses { x, t, inverse, squeezed }) = tetrahedra.losses(simd, e) else { continue };
             let scale = Wide::load_clamped(simd, tetrahedra.scale, e) * inverse * factor;
             let (k, bound) = (stiffness(t) * scale * inverse, turning_bounds(x, pressure(t) * scale));
             let g = gradients(x);
-            for a in 0..4 {
-                for b in a..4 {
-                    if a == b && !T::HAS_DIAGONAL_BLOCKS {
-                        continue;
-                    }
-                    let isotropic = match (a, b) {
-                        (0, 0) => Some(bound[0] + bound[1] + bound[2]),
-                        (0, b) => Some(-bound[b - 1]),
-                        (a, b) if a == b => Some(bound[a - 1]),
-                        _ => None,
-                    };
-                    let mut entries = [[[0.0; MAX_LANES]; 3]; 3];
-                    for i in 0..3 {
-                        for j in 0..3 {
-                            let entry = g[a][i] * g[b][j] * k;
-                            let entry = isotropic.filter(|_| i == j).map_or(entry, |isotropic| entry + isotropic);
-                            entries[i][j] = entry.to_array();
-                        }
-                    }
-                    for lane in squeezed {
-                        let block = entries.map(|row| row.map(|entry| T::from_f64(entry[lane])));
-                        out.add(e + lane, pair_index(a, b, 4), &block);
+            for (a, b) in CORNER_PAIRS {
+                if a == b && !T::HAS_DIAGONAL_BLOCKS {
+                    continue;
+                }
+                let isotropic = match (a, b) {
+                    (0, 0) => Some(bound[0] + bound[1] + bound[2]),
+                    (0, b) => Some(-bound[b - 1]),
+                    (a, b) if a == b => Some(bound[a - 1]),
+                    _ => None,
+                };
+                let mut block = [g[a]; 3];
+                for i in 0..3 {
+                    for j in 0..3 {
+                        let entry = g[a][i] * g[b][j] * k;
+                        block[i][j] = isotropic.filter(|_| i == j).map_or(entry, |isotropic| entry + isotropic);
                     }
                 }
+                blocks.set((a, b), &block);
             }
+            blocks.add_to(out, e, squeezed);
         }
     }
 }

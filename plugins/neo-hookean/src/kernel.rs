@@ -75,7 +75,10 @@ mod tests {
                 let single = body.single_blocks(&material, both, usize::MAX).unwrap();
                 let single = single.into_iter().flatten().flatten().map(f64::from);
                 let forces = body.forces(&material).unwrap().into_iter().flatten();
-                let all = forces.chain(body.tangent(&material, both).unwrap()).chain(single);
+                let summed = body.summed_blocks(&material, both).unwrap();
+                let summed_single = summed.single.into_iter().flatten().flatten().map(f64::from);
+                let summed = summed.double.into_iter().flatten().flatten().chain(summed_single);
+                let all = forces.chain(body.tangent(&material, both).unwrap()).chain(single).chain(summed);
                 results.push(all.map(f64::to_bits).collect::<Vec<_>>());
             }
             for result in &results[1..] {
