@@ -410,6 +410,9 @@ typedef struct pliant_device_info {
   double resolution;             /* m, position quantum */
   double workspace[6];           /* m, least and greatest corner; equal where unbounded */
   double taxel_pitch, taxel_force; /* m between taxels, N the largest force of one */
+  /* Since 1.1; a host of 1.0 passes a smaller struct: look at its `size` before filling it in. */
+  double peak_torque;            /* N m, for a moment; without end the same part of it as the continuous force is of the peak force. 0: not
+                                  * known, the host then scales torques as it scales forces, and renders none live */
 } pliant_device_info;
 
 typedef struct pliant_pose {     /* one sample of an effector */

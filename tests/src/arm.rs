@@ -128,6 +128,7 @@ impl HapticDevice for Arm {
             workspace: [-0.1, -0.1, -0.1, 0.1, 0.1, 0.1],
             taxel_pitch: 0.0,
             taxel_force: 0.0,
+            peak_torque: 0.0,
         }
     }
 

@@ -41,6 +41,9 @@ pub fn check_device_info(info: &DeviceInfo) -> Result<(), String> {
     if ![rate, peak_force, continuous_force, stiffness].iter().all(|l| l.is_finite() && *l > 0.0) {
         return Err("rate, forces and stiffness must be finite and above zero".into());
     }
+    if !(info.peak_torque.is_finite() && info.peak_torque >= 0.0) {
+        return Err(format!("a peak torque of {} N m; allowed is 0 or more", info.peak_torque));
+    }
     if !(1..=MAX_EFFECTORS as u32).contains(&effectors) {
         return Err(format!("{effectors} effectors; allowed is 1 to {MAX_EFFECTORS}"));
     }
@@ -298,5 +301,6 @@ fn empty_device_info() -> DeviceInfo {
         workspace: [0.0; 6],
         taxel_pitch: 0.0,
         taxel_force: 0.0,
+        peak_torque: 0.0,
     }
 }

@@ -38,6 +38,7 @@ mod pointer;
 mod priority;
 mod realtime;
 mod servo;
+mod servo_torque;
 mod session;
 mod snapshots;
 mod summary;

@@ -166,6 +166,7 @@ mod tests {
             workspace: [0.0; 6],
             taxel_pitch: 0.0,
             taxel_force: 0.0,
+            peak_torque: 0.0,
         }
     }
 

@@ -4,6 +4,7 @@
 
 use crate::device::{HapticDevice, StopDevice};
 use crate::histogram::Histogram;
+use crate::servo_torque::ServoTorque;
 use crate::snapshots::{ContactModels, DeviceLoss, HandSamples, SimulationPort};
 use pliant_engine::session::{DeviceSlot, Session, ToolSlot};
 use pliant_engine::tool::{Blend, ForceLimits, ForceSafety, Frame, Hand, HandState, Passivity, STALE_AFTER};
@@ -58,6 +59,7 @@ pub(crate) struct ServoTool {
     pub(crate) safety: ForceSafety,
     /// Last rendered force, in axes of the device, N.
     device_force: Vec3,
+    torque: ServoTorque,
     /// Whether it is a mirrored tool, which renders nothing.
     mirrored: bool,
     /// Forces of the pins of its tactile array, N (rows x columns).
@@ -80,6 +82,7 @@ impl Servo {
         let tools: Vec<ServoTool> = tools.collect();
         let (models, models_out) = triple_buffer(&ContactModels {
             contacts: vec![Default::default(); tools.len()],
+            torques: vec![Vec3::zeros(); tools.len()],
             taxels: tools.iter().map(|tool| tool.taxels.clone()).collect(),
         });
         let (samples, samples_out) = triple_buffer(&HandSamples {
@@ -131,12 +134,17 @@ impl Servo {
         let gap = self.last_tick.replace(now).map_or(0, |last| now.saturating_sub(last));
         if gap as f64 * 1e-9 > STALE_AFTER {
             // The forces have expired, so the devices have gone to zero force by themselves.
-            self.tools.iter_mut().for_each(|tool| tool.safety.release());
+            self.tools.iter_mut().for_each(|tool| {
+                tool.safety.release();
+                tool.torque.release();
+            });
         }
         if self.models.update() {
             let models = self.models.output_buffer_mut();
-            for ((tool, contact), taxels) in self.tools.iter_mut().zip(&models.contacts).zip(&models.taxels) {
+            let contacts = models.contacts.iter().zip(&models.torques);
+            for ((tool, (contact, torque)), taxels) in self.tools.iter_mut().zip(contacts).zip(&models.taxels) {
                 tool.blend.take(*contact, now);
+                tool.torque.simulated = *torque;
                 tool.taxels.copy_from_slice(taxels);
             }
         }
@@ -179,6 +187,8 @@ impl Servo {
             if !tool.hand.present || tool.blend.age(now) > STALE_AFTER {
                 tool.taxels.fill(0.0);
             }
+            let age = tool.blend.age(now);
+            outputs[tool.effector].torque = tool.torque.render(&tool.hand, &device.frame, age, dt).into();
             (outputs[tool.effector].force, outputs[tool.effector].taxels) = (tool.device_force.into(), &tool.taxels);
         }
         let status = device.device.write(now, &outputs[..device.poses.len()]);
@@ -194,6 +204,7 @@ impl Servo {
         device.poses.fill(Pose::default());
         for tool in self.tools.iter_mut().filter(|tool| tool.device == index) {
             tool.safety.release();
+            tool.torque.release();
             tool.device_force = Vec3::zeros();
         }
     }
@@ -239,6 +250,7 @@ impl ServoTool {
             blend: Blend::default(),
             safety: ForceSafety::new(limits).with_passivity(passivity),
             device_force: Vec3::zeros(),
+            torque: ServoTorque::new(slot, &device),
             mirrored: slot.mirror.is_some(),
             taxels: slot.pad.as_ref().map_or_else(Vec::new, |pad| pad.taxels.clone()),
         }

@@ -34,6 +34,8 @@ pub struct HandSamples {
 pub(crate) struct ContactModels {
     /// Contact of each tool, from which forces are rendered until the next snapshot.
     pub(crate) contacts: Vec<ContactModel>,
+    /// Torque on each tool's hand, N m, in axes of the scene (tools x 3).
+    pub(crate) torques: Vec<Vec3>,
     /// Force of each pin of each tool's tactile array, N (rows x columns); empty without an array.
     pub(crate) taxels: Vec<Vec<f64>>,
 }
@@ -67,6 +69,9 @@ impl SimulationPort {
         let pace = if elapsed > 0 { (session.dt() / (elapsed as f64 * 1e-9)).min(1.0) } else { 0.0 };
         for contact in &mut models.contacts {
             contact.drift = pace * contact.drift;
+        }
+        for (to, felt) in models.torques.iter_mut().zip(&session.frame().tools) {
+            *to = felt.torque;
         }
         for (to, slot) in models.taxels.iter_mut().zip(&session.tools) {
             if let Some(pad) = &slot.pad {

@@ -54,6 +54,9 @@ pub struct DeviceInfo {
     pub taxel_pitch: f64,
     /// N, the largest force of one taxel.
     pub taxel_force: f64,
+    /// Since 1.1: N m, the largest torque it renders for a moment; without end the same part of it as the continuous force is of the peak force. 0
+    /// where it is not known: torques are then scaled as forces are, and none is rendered live.
+    pub peak_torque: f64,
 }
 
 /// One sample of an effector.

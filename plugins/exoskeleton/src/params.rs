@@ -96,6 +96,7 @@ impl Settings {
                 workspace: [-reach, -reach, -reach, reach, reach, reach],
                 taxel_pitch: params.number("taxel-pitch"),
                 taxel_force: params.number("taxel-force"),
+                peak_torque: 0.0,
             },
         })
     }

@@ -137,6 +137,7 @@ impl Device for Pen {
             workspace: [-0.5 * width, -0.5 * height, -mapping.depth, 0.5 * width, 0.5 * height, 2.0 * mapping.hover],
             taxel_pitch: 0.0,
             taxel_force: 0.0,
+            peak_torque: 0.0,
         };
         let reader = Reader { source, state: PenState::default(), began_ns: None, away: 0 };
         Ok(Self { mapping, info, reader: Mutex::new(reader) })

@@ -159,6 +159,7 @@ fn read_info(api: &Api, settings: &Settings) -> DeviceInfo {
         workspace: std::array::from_fn(|i| if has_workspace { 1e-3 * workspace[i] } else { DEFAULT_WORKSPACE[i] }),
         taxel_pitch: 0.0,
         taxel_force: 0.0,
+        peak_torque: 0.0,
     }
 }
 

@@ -126,6 +126,7 @@ impl Device for Pointer {
             workspace: [-reach, -reach, -reach, reach, reach, reach],
             taxel_pitch: 0.0,
             taxel_force: 0.0,
+            peak_torque: 0.0,
         };
         Ok(Self {
             socket: bind(params)?,

@@ -29,6 +29,7 @@ const PARAMS: &[Param] = &[
         c"linear: constant speed between keyframes; smooth: rest at every keyframe",
     ),
     Param::number(c"peak-force", c"N", (1e-3, 1e4), 3.3, c"peak force it declares"),
+    Param::number(c"peak-torque", c"N m", (0.0, 1e3), 0.0, c"peak torque it declares; 0 for a device that renders none"),
     Param::number(c"stiffness", c"N/m", (1e-3, 1e6), 700.0, c"largest stable stiffness it declares"),
     Param::table(
         c"rotation",
@@ -57,11 +58,12 @@ impl Device for Scripted {
         };
         let rotation = params.table("rotation").map(|keys| Path::of_rotations(keys, interpolation)).transpose()?;
         let (peak_force, stiffness) = (params.number("peak-force"), params.number("stiffness"));
+        let peak_torque = params.number("peak-torque");
         let info = DeviceInfo {
             size: size_of::<DeviceInfo>(),
             effectors: 1,
             buttons: 32,
-            driven_axes: 3,
+            driven_axes: if peak_torque > 0.0 { 6 } else { 3 },
             taxel_rows: 0,
             taxel_columns: 0,
             rate: 1000.0,
@@ -73,6 +75,7 @@ impl Device for Scripted {
             workspace: path.bounds(),
             taxel_pitch: 0.0,
             taxel_force: 0.0,
+            peak_torque,
         };
         Ok(Self { path, rotation, info })
     }

@@ -67,6 +67,7 @@ impl<const F: u8> Device for FingerDevice<F> {
             workspace: [-0.1, -0.1, -0.1, 0.1, 0.1, 0.1],
             taxel_pitch: 0.0,
             taxel_force: 0.0,
+            peak_torque: 0.0,
         }
     }
 

@@ -92,6 +92,7 @@ impl<'a> ByteReader<'a> {
             workspace: self.numbers()?,
             taxel_pitch,
             taxel_force,
+            peak_torque: 0.0,
         };
         Some((self.text()?, info))
     }

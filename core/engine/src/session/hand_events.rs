@@ -13,6 +13,8 @@ pub(super) struct Ongoing {
     pulled: bool,
     /// Whether force safety acted, by cause, in the order of [`Cause::ALL`].
     limited: [bool; Cause::ALL.len()],
+    /// Whether the torque was limited.
+    pub(super) torque_limited: bool,
 }
 
 /// Counters of a hand before a sample.

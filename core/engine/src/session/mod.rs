@@ -60,7 +60,7 @@ use crate::contact::{SheetTips, SoftTip};
 use crate::memory::BodyMemory;
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::recording::RecordedHands;
-use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool};
+use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool, TorqueSafety};
 use hand_events::Ongoing;
 use history::History;
 use lapse::Watch;
@@ -131,6 +131,8 @@ pub struct ToolSlot {
     pub hand: Hand,
     /// Force safety of its effector.
     pub safety: ForceSafety,
+    /// Safety of its torque; `None` for a device that does not state a peak torque.
+    pub torque_safety: Option<TorqueSafety>,
     /// Its tactile pad, if its device has an array.
     pub pad: Option<TactilePad>,
     /// Last contact point in the rest shape of a body, m.

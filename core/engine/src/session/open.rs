@@ -8,6 +8,7 @@ use super::seam_pairs::Seam;
 use super::seams::Seams;
 use super::shared::{SharedModel, SharedParts};
 use super::sleep::Sleep;
+use super::step::TORQUE_AXES;
 use super::step_limits::StepLimits;
 use super::warning::Warnings;
 use super::workers::Workers;
@@ -24,7 +25,7 @@ use crate::memory::{MemoryAccount, MemoryBudget, document_bytes};
 use crate::plan::Plan;
 use crate::recording::RecordedHands;
 use crate::scene::{BladeScene, BodyScene, EditScene, Extent, FixedScene, Level, Scene, Source, ToolScene, settings};
-use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool};
+use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool, TorqueSafety};
 use bytemuck::cast_slice;
 use pliant_cut::CutMesh;
 use pliant_host::{
@@ -448,14 +449,14 @@ impl Opening<'_> {
         let name = scene.name.get_ref().clone();
         let mut tool = Tool::new(name, place::shape(scene, self.source)?, friction, coupling, bodies);
         tool.blade = scene.blade.as_ref().filter(|_| plan.cuts()).map(|blade| edge(blade.get_ref()));
+        let limits =
+            ForceLimits { peak: facts.peak_force, continuous: facts.continuous_force, slew: scene.slew.get_ref().si };
+        let has_torque = facts.driven_axes >= TORQUE_AXES;
         Ok(ToolSlot {
             tool,
             hand: Hand::new(scene.speed.get_ref().si),
-            safety: ForceSafety::new(ForceLimits {
-                peak: facts.peak_force,
-                continuous: facts.continuous_force,
-                slew: scene.slew.get_ref().si,
-            }),
+            safety: ForceSafety::new(limits),
+            torque_safety: has_torque.then(|| TorqueSafety::new(facts.peak_torque, limits)).flatten(),
             pad: TactilePad::of(&facts),
             slid_from: None,
             device,

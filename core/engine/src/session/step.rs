@@ -8,12 +8,12 @@ use super::{Session, Stage};
 use crate::body::Body;
 use crate::contact::{BodyContacts, ObstacleContacts, SoftTip};
 use crate::edit::Step;
-use crate::tool::{Cause, Tool};
+use crate::tool::{Cause, Tool, TorqueSafety};
 use pliant_solver::{ContactConstraints, Frequencies, Interrupts, Loads, NoContacts, StepError, StepTime, Vec3};
 use std::time::Instant;
 
 /// Number of driven axes of a device that renders torque.
-const TORQUE_AXES: u32 = 6;
+pub(super) const TORQUE_AXES: u32 = 6;
 /// Why a body was not moved.
 enum NotMoved {
     /// The session was stopped; the body is where it was.
@@ -320,6 +320,22 @@ impl Session {
                 // The torque comes from the same springs as the force, so it is scaled like the force by force safety.
                 let share = if wanted.norm() > 0.0 { (device_force.norm() / wanted.norm()).min(1.0) } else { 1.0 };
                 felt.device_torque = share * to_device.to_device(felt.torque);
+                let limited = &mut slot.ongoing.torque_limited;
+                if let Some(safety) = &mut slot.torque_safety {
+                    let (name, peak, wanted) = (&slot.tool.name, safety.peak(), felt.device_torque);
+                    let count = |safety: &TorqueSafety| safety.counts().map(|(_, count)| count).sum::<u64>();
+                    let before = count(safety);
+                    felt.device_torque = safety.pass(wanted, dt);
+                    let text = || {
+                        format!(
+                            "tool `{name}`: the device gets {:.4} N m instead of {:.4} N m (its peak is {peak} N m; its continuous torque and \
+                             `slew` are the same part of those of the force)",
+                            felt.device_torque.norm(),
+                            wanted.norm()
+                        )
+                    };
+                    self.events.add_episode(EventKind::ForceSafety, count(safety) - before, limited, time + dt, text);
+                }
             }
             felt.contact = felt.contact.or(sheet);
             frame.tools.push(felt);

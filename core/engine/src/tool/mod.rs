@@ -11,7 +11,9 @@ mod tool;
 
 pub use hand::{Frame, Hand};
 pub use model::{Blend, ContactModel};
-pub use safety::{Budget, Cause, FADE_TIME, ForceLimits, ForceSafety, HandState, Passivity, STALE_AFTER};
+pub use safety::{
+    Budget, Cause, FADE_TIME, ForceLimits, ForceSafety, HandState, HandTurn, Passivity, STALE_AFTER, TorqueSafety,
+};
 pub use search::SurfaceSearch;
 pub use tactile::{TactilePad, TaxelArray, Texture};
 pub use tip::{TipMass, separate};

@@ -6,10 +6,12 @@
 mod budget;
 mod passivity;
 mod stale;
+mod torque;
 
 pub use budget::Budget;
 pub use passivity::{CouplingLoad, Passivity};
 pub use stale::{FADE_TIME, STALE_AFTER, stale_fraction};
+pub use torque::{HandTurn, TorqueSafety};
 
 use pliant_solver::Vec3;
 use serde::Serialize;
