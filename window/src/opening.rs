@@ -1,7 +1,8 @@
 //! From a file to a session: a model becomes a scene with one hand, a scene gets that hand in the place of its own.
 
 use pliant_editor::{
-    Draft, DraftMaterial, HandSettings, LengthUnit, SOLIDS, SolidPreset, Substance, SubstanceChoice, fabrics, give_hand,
+    Draft, DraftMaterial, HandSettings, LengthUnit, MAX_PAINTED, SOLIDS, SolidPreset, Substance, SubstanceChoice,
+    fabrics, give_hand,
 };
 use pliant_engine::plan::Plan;
 use pliant_engine::scene::{self, Scene, Source};
@@ -112,6 +113,8 @@ pub struct ModelFacts {
     pub cap_material: String,
     /// Fabrics that a sheet may be made of.
     pub fabrics: Vec<String>,
+    /// Parameters of the material that strokes may paint, in the order of [`PaintStroke::param`](pliant_editor::PaintStroke).
+    pub painted: Vec<&'static str>,
 }
 
 /// An opened session and what is known of its model.
@@ -187,6 +190,7 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         unit: Some(unit),
         cap_material: String::new(),
         fabrics: fabrics_of(&request.search()?),
+        painted: draft.painted().to_vec(),
     };
     Ok((text, facts))
 }
@@ -200,6 +204,9 @@ fn fabrics_of(search: &SearchPath) -> Vec<String> {
     };
     info().map(fabrics).unwrap_or_default()
 }
+
+/// Parameters that strokes may paint where the material of a scene lets them vary.
+const PAINTABLE: [&str; MAX_PAINTED] = ["young", "density", "thickness"];
 
 /// The text of a scene with the window's hand in the place of its own.
 fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
@@ -231,7 +238,10 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let dt = scene.time.dt.get_ref().si;
     let draft = Draft { mesh: PathBuf::new(), scale: 1.0, size, subdivide: false, material, dt };
     let hand = draft.hand();
-    give_hand(&mut document, &hand);
+    // What the material of any body lets vary.
+    let varies = |param: &&str| session.bodies.iter().any(|body| body.params.iter().any(|key| key == param));
+    let painted: Vec<&'static str> = PAINTABLE.into_iter().filter(varies).collect();
+    give_hand(&mut document, &hand, &painted);
     let facts = ModelFacts {
         hand,
         substance: None,
@@ -239,6 +249,7 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         unit: None,
         cap_material: String::new(),
         fabrics: Vec::new(),
+        painted,
     };
     Ok((document.to_string(), facts))
 }

@@ -86,6 +86,11 @@ pub const HISTORY_MERGE_LAYER: &str = "merge layer";
 /// See [`HISTORY_NEW_LAYER`].
 pub const HISTORY_DELETE_LAYER: &str = "delete layer";
 
+/// Name of a parameter of a material that is painted.
+pub fn painted(param: &str) -> &str {
+    if param == "young" { "stiffness" } else { param }
+}
+
 /// Name of a new layer.
 pub fn layer_name(number: usize) -> String {
     format!("layer {number}")
@@ -114,6 +119,12 @@ pub const SIZE: &str = "Size";
 pub const STRENGTH: &str = "Strength";
 /// See [`SIZE`].
 pub const CUT_DEPTH: &str = "Cut depth";
+/// Which parameter of the material the tool paints.
+pub const PAINTS: &str = "Paints";
+/// See [`PAINTS`].
+pub const PAINT_HINT: &str = "Four times as much; with Ctrl a quarter.";
+/// Where no material has a parameter that may be painted.
+pub const NOTHING_TO_PAINT: &str = "The material lets no parameter vary over a body, so there is nothing to paint.";
 /// What becomes of a stroke.
 pub const KEEP: &str = "Keep the shape";
 /// See [`KEEP`].

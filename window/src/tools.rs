@@ -1,7 +1,7 @@
 //! The tools of the window: one for each edit kind of the engine.
 
-use pliant_editor::{Gesture, stroke_button, stroke_kinds};
-use pliant_engine::edit::EditKind;
+use pliant_editor::{Gesture, PaintStroke, has_release, stroke_button};
+use pliant_engine::edit::{EditKind, KINDS};
 use pliant_engine::scene::Release;
 
 /// A tool.
@@ -9,14 +9,12 @@ use pliant_engine::scene::Release;
 pub struct ToolKind {
     /// The edit kind.
     pub kind: &'static dyn EditKind,
-    /// Place among the kinds that have buttons.
-    place: usize,
 }
 
 impl ToolKind {
     /// All of them: those of every hand first, then the others in the order of the engine's registry.
     pub fn all() -> Vec<Self> {
-        let mut all: Vec<Self> = stroke_kinds().enumerate().map(|(place, kind)| Self { kind, place }).collect();
+        let mut all: Vec<Self> = KINDS.iter().map(|kind| Self { kind: *kind }).collect();
         let rank = |tool: &Self| FIRST.iter().position(|name| *name == tool.name()).unwrap_or(FIRST.len());
         all.sort_by_key(rank);
         all
@@ -61,12 +59,17 @@ impl ToolKind {
 
     /// Whether its stroke changes the model for good even if no shape is kept.
     pub fn always_stays(&self) -> bool {
-        self.kind.cuts() || self.kind.changes_body()
+        !has_release(self.kind)
+    }
+
+    /// Whether it paints a parameter of the material; with Ctrl it lowers it.
+    pub fn paints(&self) -> bool {
+        self.kind.param().is_some()
     }
 
     /// The mask of the button that begins a stroke.
-    pub fn buttons(&self, release: Release) -> u32 {
-        1 << stroke_button(self.place, release)
+    pub fn buttons(&self, release: Release, paint: PaintStroke) -> u32 {
+        1 << stroke_button(self.kind, release, paint)
     }
 }
 
@@ -92,11 +95,13 @@ pub struct ToolSettings {
     pub cut_depth: f64,
     /// Axis (0 for x) across which strokes are mirrored.
     pub mirror: Option<usize>,
+    /// Place of the parameter that is painted among those of the model.
+    pub painted: usize,
 }
 
 impl Default for ToolSettings {
     fn default() -> Self {
-        Self { size: 1.0, strength: 1.0, release: Release::Keep, cut_depth: 1.0, mirror: None }
+        Self { size: 1.0, strength: 1.0, release: Release::Keep, cut_depth: 1.0, mirror: None, painted: 0 }
     }
 }
 
@@ -127,10 +132,26 @@ mod tests {
         let tools = ToolKind::all();
         let names: Vec<_> = tools.iter().map(ToolKind::name).collect();
         assert!(["touch", "pull", "cut"].iter().all(|name| names.contains(name)), "{names:?}");
-        let masks: BTreeSet<u32> =
-            tools.iter().flat_map(|t| [Release::Keep, Release::SpringBack].map(|release| t.buttons(release))).collect();
-        assert_eq!(masks.len(), 2 * tools.len());
-        assert!(masks.iter().all(|mask| mask.count_ones() == 1));
+        // The panel, keys and signs follow the engine's list: none of its kinds is missing.
+        assert_eq!(
+            names.iter().collect::<BTreeSet<_>>(),
+            KINDS.iter().map(|kind| kind.name()).collect::<Vec<_>>().iter().collect()
+        );
+        let mut masks = BTreeSet::new();
+        for tool in &tools {
+            let releases =
+                if tool.always_stays() { vec![Release::Keep] } else { vec![Release::Keep, Release::SpringBack] };
+            let paints = match tool.paints() {
+                true => (0..2).flat_map(|param| [false, true].map(|lowers| PaintStroke { param, lowers })).collect(),
+                false => vec![PaintStroke::default()],
+            };
+            for (release, paint) in
+                releases.iter().flat_map(|release| paints.iter().map(move |paint| (*release, *paint)))
+            {
+                let mask = tool.buttons(release, paint);
+                assert!(mask.count_ones() == 1 && masks.insert(mask), "{}: {release:?} {paint:?}", tool.name());
+            }
+        }
         assert_eq!(names[..3], ["touch", "pull", "cut"]);
         for tool in &tools {
             if let Some(inverse) = tool.inverse(&tools) {

@@ -395,6 +395,36 @@ fn a_pin_and_a_painted_stroke_are_tinted_and_taken_back() {
     }
 }
 
+/// With Ctrl what `paint` raises is lowered, and the panel chooses what is painted: of a sheet there is a thickness, of a solid none.
+#[test]
+fn paint_lowers_with_ctrl_and_paints_what_is_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(&ball(folder.path()));
+    wait(&mut harness, "the model", App::is_open);
+    harness.hover_at(MIDDLE);
+    harness.key_press(Key::P);
+    harness.run_steps(2);
+    assert!(harness.query_by_label("thickness").is_none(), "a solid has no thickness");
+    for (param, modifiers, raises) in [
+        ("stiffness", Modifiers::COMMAND, false),
+        ("density", Modifiers::NONE, true),
+        ("density", Modifiers::COMMAND, false),
+    ] {
+        harness.get_by_label(param).click_accesskit();
+        harness.run_steps(2);
+        harness.event(egui::Event::ModifiersChanged(modifiers));
+        stroke(&mut harness, MIDDLE);
+        harness.event(egui::Event::ModifiersChanged(Modifiers::NONE));
+        wait(&mut harness, "a tint", |app| app.tints().count() > 3);
+        let tints: Vec<f32> = harness.state().tints().collect();
+        let is_expected = tints.iter().all(|tint| if raises { *tint > 0.0 } else { *tint < 0.0 } && tint.abs() < 1.0);
+        assert!(is_expected, "{param} {raises}: {tints:?}");
+        wait(&mut harness, "the stroke in the history", |app| app.status().done == 1);
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        wait(&mut harness, "no tint", |app| app.tints().count() == 0);
+    }
+}
+
 #[test]
 fn a_warning_of_the_session_is_a_line_with_its_code() {
     let folder = tempfile::tempdir().unwrap();

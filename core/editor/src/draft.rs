@@ -99,6 +99,14 @@ impl Draft {
         }
     }
 
+    /// Parameters of its material that a hand can paint.
+    pub fn painted(&self) -> &'static [&'static str] {
+        match self.substance() {
+            Substance::Solid => &["young", "density"],
+            Substance::Sheet => &["young", "thickness"],
+        }
+    }
+
     /// The scene as TOML, for a file in `folder`.
     pub fn to_toml(&self, folder: &Path) -> String {
         let mut scene = DocumentMut::new();
@@ -115,7 +123,7 @@ impl Draft {
         }
         scene["time"] = Item::Table(time);
         scene["body"] = tables([self.body(folder)]);
-        give_hand(&mut scene, &self.hand());
+        give_hand(&mut scene, &self.hand(), self.painted());
         let mut output = Table::new();
         output["energy"] = value(false);
         scene["output"] = Item::Table(output);

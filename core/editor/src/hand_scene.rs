@@ -1,7 +1,7 @@
 //! The pointer's hand in a scene: a device, a tool, and edits that begin with buttons.
 //!
-//! Every edit kind of the engine gets two edits, one whose shape is kept and one that springs back, each with its own button. A user interface offers all
-//! kinds and selects one by pressing its button, like a user with a real device.
+//! Every edit kind of the engine has a button: two where its shape may be kept or spring back, and two for each parameter that may be painted, one
+//! that raises it and one that lowers it. A user interface offers all kinds and selects one by pressing its button, like a user with a real device.
 
 use pliant_engine::edit::{EditKind, KINDS, KeyName};
 use pliant_engine::scene::Release;
@@ -41,37 +41,89 @@ const RISE: f64 = 5e-3;
 /// Stiffness declared by the pointer's device relative to that of the coupling; a device without force rendering has no limit.
 const DEVICE_STIFFNESS: f64 = 4.0;
 
-/// Edit kinds with buttons: all of them, as far as 32 buttons suffice.
-pub fn stroke_kinds() -> impl Iterator<Item = &'static dyn EditKind> {
-    KINDS.iter().copied().take(16)
+/// What a button of the hand does.
+#[derive(Clone, Copy)]
+pub struct HandStroke {
+    /// The edit kind.
+    pub kind: &'static dyn EditKind,
+    /// What becomes of the shape, where the kind leaves a choice.
+    pub release: Release,
+    /// What it paints, if it does.
+    pub paint: Option<PaintStroke>,
 }
 
-/// The button, from 0, of the edit kind with this index in [`stroke_kinds`].
-pub fn stroke_button(kind: usize, release: Release) -> u32 {
-    2 * kind as u32 + u32::from(release == Release::SpringBack)
+/// What a stroke that paints does to a parameter of the material.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PaintStroke {
+    /// Place of the parameter among those that the hand may paint.
+    pub param: usize,
+    /// Whether it lowers the parameter by the factor that it raises it by otherwise.
+    pub lowers: bool,
 }
 
-/// Replaces devices, tools, edits and probes of a scene by this hand and a second one for mirrored edits.
-pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings) {
+/// Most parameters that a hand can paint.
+pub const MAX_PAINTED: usize = 3;
+/// Factor by which a stroke raises or lowers a parameter.
+const PAINT_FACTOR: f64 = 4.0;
+
+/// Whether a stroke of this kind may keep its shape or let it spring back.
+pub fn has_release(kind: &dyn EditKind) -> bool {
+    !kind.cuts() && !kind.changes_body()
+}
+
+/// The strokes of a hand that may paint `params` parameters, in the order of their buttons, from 0. Those that paint are the last, so that the number of
+/// parameters changes no other button.
+pub fn hand_strokes(params: usize) -> Vec<HandStroke> {
+    let (painting, others): (Vec<_>, Vec<_>) = KINDS.iter().copied().partition(|kind| kind.param().is_some());
+    let mut strokes = Vec::new();
+    for kind in others {
+        let releases: &[Release] =
+            if has_release(kind) { &[Release::Keep, Release::SpringBack] } else { &[Release::Keep] };
+        strokes.extend(releases.iter().map(|release| HandStroke { kind, release: *release, paint: None }));
+    }
+    for kind in painting {
+        for (param, lowers) in (0..params.min(MAX_PAINTED)).flat_map(|param| [(param, false), (param, true)]) {
+            let paint = Some(PaintStroke { param, lowers });
+            strokes.push(HandStroke { kind, release: Release::Keep, paint });
+        }
+    }
+    strokes
+}
+
+/// The button, from 0, of an edit kind. `release` counts where the kind leaves a choice, `paint` where it paints.
+pub fn stroke_button(kind: &dyn EditKind, release: Release, paint: PaintStroke) -> u32 {
+    let is_asked = |stroke: &HandStroke| {
+        stroke.kind.name() == kind.name()
+            && (stroke.release == release || !has_release(kind))
+            && stroke.paint.is_none_or(|other| other == paint)
+    };
+    hand_strokes(MAX_PAINTED).iter().position(is_asked).unwrap_or_default() as u32
+}
+
+/// Replaces devices, tools, edits and probes of a scene by this hand and a second one for mirrored edits. `painted`: the parameters of the bodies' materials
+/// that it may paint, at most [`MAX_PAINTED`].
+pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings, painted: &[&str]) {
     for key in ["device", "tool", "edit", "probe"] {
         scene.remove(key);
     }
     scene["device"] = tables([HAND, MIRROR].map(|name| device(name, hand)));
     scene["tool"] = tables([HAND, MIRROR].map(|name| tool(name, hand)));
     let mut edits = Vec::new();
-    for (place, kind) in stroke_kinds().enumerate() {
-        for (release, name) in [(Release::Keep, "keep"), (Release::SpringBack, "spring-back")] {
-            for tool in [HAND, MIRROR] {
-                let mut edit = Table::new();
-                edit["kind"] = value(kind.name());
-                edit["tool"] = value(tool);
-                edit["button"] = value(i64::from(stroke_button(place, release)));
-                edit["release"] = value(name);
-                if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
-                    edit["limit"] = value(hand.peak_force);
-                }
-                edits.push(edit);
+    for (button, HandStroke { kind, release, paint }) in hand_strokes(painted.len()).into_iter().enumerate() {
+        for tool in [HAND, MIRROR] {
+            let mut edit = Table::new();
+            edit["kind"] = value(kind.name());
+            edit["tool"] = value(tool);
+            edit["button"] = value(button as i64);
+            edit["release"] = value(if release == Release::Keep { "keep" } else { "spring-back" });
+            if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
+                edit["limit"] = value(hand.peak_force);
             }
+            if let Some(PaintStroke { param, lowers }) = paint {
+                edit["param"] = value(painted[param]);
+                edit["strength"] = value(if lowers { 1.0 / PAINT_FACTOR } else { PAINT_FACTOR });
+            }
+            edits.push(edit);
         }
     }
     scene["edit"] = tables(edits);
@@ -121,26 +173,32 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn every_kind_has_two_buttons_and_the_scene_keeps_its_bodies() {
+    fn every_kind_has_its_buttons_and_the_scene_keeps_its_bodies() {
         let text = "format = 1\n[[body]]\nname = \"a\"\nmaterial = { plugin = \"mass-spring\" }\n\
             shape = { kind = \"box\", size = [1, 1, 1] }\n[[device]]\nname = \"old\"\n[[tool]]\nname = \"t\"\n\
             device = \"old\"\nradius = 0.1\n[[edit]]\nkind = \"touch\"\ntool = \"t\"\n";
         let mut document: DocumentMut = text.parse().unwrap();
         let hand = HandSettings { size: 1.0, radius: 0.1, coupling: 100.0, peak_force: 5.0, tip_mass: None };
-        give_hand(&mut document, &hand);
+        give_hand(&mut document, &hand, &["young", "density"]);
         let (scene, source) = scene::load_text(Path::new("scene.toml"), document.to_string(), &[]).expect("a scene");
         assert_eq!((scene.body.len(), scene.device.len(), scene.tool.len()), (1, 2, 2));
         let plan = Plan::new(&scene, &source).expect("a plan");
-        assert_eq!(plan.edits.len(), 4 * KINDS.len().min(16));
-        for (place, kind) in stroke_kinds().enumerate() {
-            for release in [Release::Keep, Release::SpringBack] {
-                let button = stroke_button(place, release);
-                for tool in 0..2 {
-                    let begins = |edit: &&Edit| edit.button == Some(button) && edit.tool == tool;
-                    let edit = plan.edits.iter().find(begins).expect("an edit of the button");
-                    assert_eq!((edit.kind.name(), edit.release, edit.span.1), (kind.name(), release, f64::INFINITY));
-                }
-                assert!(button < 32);
+        // Every kind that the engine has, and as many buttons as a device may have.
+        let strokes = hand_strokes(2);
+        assert!(strokes.len() <= 32 && hand_strokes(MAX_PAINTED).len() <= 32);
+        assert_eq!(plan.edits.len(), 2 * strokes.len());
+        assert!(KINDS.iter().all(|kind| strokes.iter().any(|stroke| stroke.kind.name() == kind.name())));
+        for (place, stroke) in strokes.iter().enumerate() {
+            let HandStroke { kind, release, paint } = *stroke;
+            let button = stroke_button(kind, release, paint.unwrap_or_default());
+            assert_eq!(button as usize, place, "{}", kind.name());
+            for tool in 0..2 {
+                let begins = |edit: &&Edit| edit.button == Some(button) && edit.tool == tool;
+                let edit = plan.edits.iter().find(begins).expect("an edit of the button");
+                assert_eq!((edit.kind.name(), edit.release, edit.span.1), (kind.name(), release, f64::INFINITY));
+                let painted =
+                    paint.map(|paint| (["young", "density"][paint.param], if paint.lowers { 0.25 } else { 4.0 }));
+                assert_eq!(edit.param.as_deref().zip(edit.strength), painted, "{}", kind.name());
             }
         }
     }

@@ -17,7 +17,10 @@ mod units;
 
 pub use draft::{BODY, Draft, DraftMaterial, TOOL_SHARE};
 pub use hand::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
-pub use hand_scene::{HAND, HandSettings, MIRROR, give_hand, stroke_button, stroke_kinds};
+pub use hand_scene::{
+    HAND, HandSettings, HandStroke, MAX_PAINTED, MIRROR, PaintStroke, give_hand, hand_strokes, has_release,
+    stroke_button,
+};
 pub use preset::{PlasticFlow, SOLIDS, SolidPreset, fabrics, solid, stiffness_word};
 pub use session_scene::SessionScene;
 pub use substance::{Substance, SubstanceChoice};

@@ -7,7 +7,7 @@ use crate::sim::{Notice, Simulation, StepTimes};
 use crate::tools::ToolKind;
 use crate::view::{Camera, Ray};
 use eframe::egui;
-use pliant_editor::{PointerRay, StrokeStart};
+use pliant_editor::{PaintStroke, PointerRay, StrokeStart};
 use pliant_engine::scene::Release;
 use pliant_live::LiveSummary;
 use serde::Serialize;
@@ -76,7 +76,7 @@ impl ScriptedStrokes {
                     radius,
                     depth: 0.6 * radius,
                 };
-                model.hand.begin(start, tool.buttons(Release::SpringBack));
+                model.hand.begin(start, tool.buttons(Release::SpringBack, PaintStroke::default()));
             }
             model.hand.advance(dt);
         } else {

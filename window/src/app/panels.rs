@@ -86,11 +86,26 @@ impl App {
         }
         let strength = Slider::new(&mut self.settings.strength, ToolSettings::STRENGTHS).logarithmic(true);
         ui.add(strength.max_decimals(2).text(strings::STRENGTH));
+        if self.tools[self.tool].paints() {
+            self.paint_controls(ui);
+        }
         if self.tools[self.tool].always_stays() {
             return;
         }
         ui.radio_value(&mut self.settings.release, Release::Keep, strings::KEEP);
         ui.radio_value(&mut self.settings.release, Release::SpringBack, strings::SPRING_BACK);
+    }
+
+    /// Which parameter of the material strokes paint.
+    fn paint_controls(&mut self, ui: &mut egui::Ui) {
+        let Some(painted) = self.model.as_ref().map(|model| model.facts.painted.clone()) else { return };
+        ui.horizontal(|ui| {
+            ui.label(strings::PAINTS);
+            for (place, param) in painted.iter().enumerate() {
+                ui.selectable_value(&mut self.settings.painted, place, strings::painted(param));
+            }
+        });
+        ui.small(strings::PAINT_HINT);
     }
 
     /// Takes another tool, between two strokes.

@@ -14,7 +14,7 @@ use eframe::egui::{self, Align2, Color32, FontId, Key, PointerButton, Sense, vec
 use eframe::egui_glow;
 use nalgebra::Point3;
 use pliant_editor::surface::Hit;
-use pliant_editor::{Gesture, StrokeStart, Substance};
+use pliant_editor::{Gesture, PaintStroke, StrokeStart, Substance};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -171,6 +171,11 @@ impl App {
             _ => None,
         };
         let tool = other.unwrap_or(tool);
+        if began && tool.paints() && model.facts.painted.is_empty() {
+            self.keys.let_go();
+            self.tell(strings::NOTHING_TO_PAINT.to_owned());
+            return hit;
+        }
         if let (true, Some(ray)) = (began, ray) {
             let depth = match tool.gesture() {
                 Gesture::Slice => self.settings.cut_depth * model.facts.hand.size,
@@ -182,7 +187,11 @@ impl App {
                 StrokeStart { gesture: tool.gesture(), ray, hit: hit.map(|hit| hit.at), back, focus, radius, depth };
             let plane = self.settings.mirror.map(|axis| model.mirror(axis));
             model.hand.set_mirror(plane);
-            if model.hand.begin(start, tool.buttons(self.settings.release)) {
+            let paint = PaintStroke {
+                param: self.settings.painted.min(model.facts.painted.len().saturating_sub(1)),
+                lowers: modifiers.command,
+            };
+            if model.hand.begin(start, tool.buttons(self.settings.release, paint)) {
                 self.log.event("stroke begins", &[("tool", tool.name().into())]);
                 self.send(Command::BeginStroke(tool.name()));
                 ui.ctx().request_repaint();
