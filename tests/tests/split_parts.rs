@@ -146,7 +146,8 @@ fn probes_of_parts_add_up_to_those_of_the_body() {
     for n in 1..=3 {
         let file = Surface::from_document(&read(&bench, &format!("final-part-{n}.obj"))).volume();
         let probe = value(&format!("volume-{n}")).expect("a number");
-        assert!((file / probe - 1.0).abs() < 1e-6, "part {n}: {file} m^3 in its file, {probe} m^3 by its probe");
+        // Files are written with rounded coordinates.
+        assert!((file / probe - 1.0).abs() < 1e-5, "part {n}: {file} m^3 in its file, {probe} m^3 by its probe");
     }
     let cases = [
         ("block.part0", "volume", "part 0"),
