@@ -46,9 +46,12 @@ impl Session {
     /// Takes one step. A failing plugin is isolated: its body is frozen or its device lost, with an event, and the rest continues.
     ///
     /// A step that is cancelled ([`Session::cancel_when`]) is not taken: the devices are stopped, and the body under way stays as it was before. What tools
-    /// have begun in it stays, and so do the moves of bodies that come before it in the scene.
+    /// have begun in it stays, and so do the moves of bodies that come before it in the scene; the next call goes on from there, with the hands of the
+    /// cancelled one, so both together are one step. If nodes were changed in between, as by an undo, the step begins anew.
     pub fn step(&mut self) {
-        self.read_devices();
+        if self.watch.resumes_at.is_none() {
+            self.read_devices();
+        }
         self.advance();
         if self.watch.is_cancelled {
             self.stop_devices();

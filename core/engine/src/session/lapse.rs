@@ -43,13 +43,21 @@ pub(super) struct Watch {
     pub(super) cancel: CancelToken,
     /// Whether the last step was cancelled.
     pub(super) is_cancelled: bool,
+    /// The body whose step was cancelled: the step goes on with it, after the bodies before it have moved and tools have followed their hands.
+    pub(super) resumes_at: Option<usize>,
     lapses: Lapses,
 }
 
 impl Watch {
     /// A watch with this `patience` (s).
     pub(super) fn new(patience: f64) -> Self {
-        Self { patience, cancel: CancelToken::default(), is_cancelled: false, lapses: Lapses::default() }
+        Self {
+            patience,
+            cancel: CancelToken::default(),
+            is_cancelled: false,
+            resumes_at: None,
+            lapses: Lapses::default(),
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use crate::contact::{BodyContacts, ObstacleContacts, SoftTip};
 use crate::edit::Step;
 use crate::tool::{Cause, Tool, TorqueSafety};
 use pliant_solver::{ContactConstraints, Frequencies, Interrupts, Loads, NoContacts, StepError, StepTime, Vec3};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Number of driven axes of a device that renders torque.
 pub(super) const TORQUE_AXES: u32 = 6;
@@ -30,19 +30,17 @@ impl Session {
         let start = Instant::now();
         let time = StepTime { start: self.time(), dt: self.clock.dt };
         self.watch.is_cancelled = false;
-        self.apply_recorded();
-        self.sample_hands(time);
-        self.change_modes(time.start);
-        self.change_stiffness(time.start);
-        self.cut(time.start);
-        self.move_regions(time.start);
-        self.close_seams(time.start);
-        let regions = start.elapsed();
-        self.touch(time.start);
-        let contact = start.elapsed();
+        // What a cancelled step has done stays done, and this one goes on from there.
+        let resumed = self.watch.resumes_at.take();
+        let [regions, contact] = match resumed {
+            Some(_) => [start.elapsed(); 2],
+            None => self.follow_hands(time, start),
+        };
         let mut frame = std::mem::take(&mut self.frame);
-        frame.begin();
-        self.move_bodies(time, &mut frame);
+        if resumed.is_none() {
+            frame.begin();
+        }
+        self.move_bodies(resumed.unwrap_or(0), time, &mut frame);
         if self.watch.is_cancelled {
             self.frame = frame;
             return;
@@ -59,8 +57,24 @@ impl Session {
         self.frame = frame;
     }
 
-    /// Invalidates everything that depends on the nodes of a body, as after a change of them.
+    /// The stages before bodies move, of a step that began at `start` on the wall clock. Returns the wall-clock time up to the end of moving regions and up
+    /// to their own end.
+    fn follow_hands(&mut self, time: StepTime, start: Instant) -> [Duration; 2] {
+        self.apply_recorded();
+        self.sample_hands(time);
+        self.change_modes(time.start);
+        self.change_stiffness(time.start);
+        self.cut(time.start);
+        self.move_regions(time.start);
+        self.close_seams(time.start);
+        let regions = start.elapsed();
+        self.touch(time.start);
+        [regions, start.elapsed()]
+    }
+
+    /// Invalidates everything that depends on the nodes of a body, as after a change of them. A step that was cancelled then begins anew.
     pub fn changed(&mut self, index: usize) {
+        self.watch.resumes_at = None;
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
         self.sleep.wake(index);
         self.sheet_tips[index].invalidate();
@@ -131,8 +145,9 @@ impl Session {
         self.press_sheets();
     }
 
-    fn move_bodies(&mut self, time: StepTime, frame: &mut Frame) {
-        for index in 0..self.bodies.len() {
+    /// Moves the bodies from number `first` on.
+    fn move_bodies(&mut self, first: usize, time: StepTime, frame: &mut Frame) {
+        for index in first..self.bodies.len() {
             let body = &self.bodies[index];
             frame.nodes += body.system.nodes.len();
             frame.elements += body.system.elements();
@@ -158,6 +173,10 @@ impl Session {
                 }
                 Err(NotMoved::Cancelled) => {
                     self.watch.is_cancelled = true;
+                    self.watch.resumes_at = Some(index);
+                    // It is counted again when the step goes on.
+                    frame.nodes -= self.bodies[index].system.nodes.len();
+                    frame.elements -= self.bodies[index].system.elements();
                     return;
                 }
                 Err(NotMoved::TimedOut) => stage = Stage::Interrupted,

@@ -246,6 +246,8 @@ impl Integrator {
         time: StepTime,
         substeps: usize,
     ) -> Result<StepReport, StepError> {
+        // Nothing is begun that would have to be taken back: solver and history go on as if the step had not been asked for.
+        self.interrupts.check()?;
         let mut step = Substep { pool, loads, contacts, time };
         step.contacts.keep_start();
         let is_guarded = matches!(self.scheme.properties().method, Method::Explicit(ExplicitOrder::VelocityFirst))
