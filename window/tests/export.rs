@@ -90,7 +90,7 @@ fn a_glb_has_shape_materials_and_textures_before_and_after_a_cut() {
     let Opened { mut session, facts, .. } =
         open(&OpenRequest { threads: 1, level: 4, ..OpenRequest::new(path) }).unwrap();
     let cut = pliant_window::tools::ToolKind::all().into_iter().find(|tool| tool.name() == "cut").unwrap();
-    let buttons = cut.buttons(pliant_engine::scene::Release::Keep);
+    let buttons = cut.buttons(pliant_engine::scene::Release::Keep, pliant_editor::PaintStroke::default());
     let target = folder.path().join("ball.glb");
     for is_cut in [false, true] {
         if is_cut {
