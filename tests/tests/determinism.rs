@@ -43,6 +43,34 @@ fn results(bench: &Bench, out: &str) -> Vec<(String, Vec<u8>)> {
     files.into_iter().map(read).collect()
 }
 
+/// Asserts that results have the same names and bytes.
+fn assert_same(first: &[(String, Vec<u8>)], now: &[(String, Vec<u8>)], what: &str) {
+    for ((name, a), (other, b)) in first.iter().zip(now) {
+        let at = a.iter().zip(b).position(|(a, b)| a != b);
+        assert!(name == other && a == b, "{what}: {name} differs, at byte {at:?}");
+    }
+    assert_eq!(first.len(), now.len(), "{what}");
+}
+
+/// Runs `scene.toml` on each vector unit that the processor has, and compares.
+///
+/// # Panics
+/// If anything differs.
+fn the_same_on_any_vector_unit(bench: &Bench, settings: &[&str], what: &str) {
+    let mut first = None;
+    for unit in ["", "avx2", "none"] {
+        let mut args = vec!["run", "scene.toml", "-q", "--out", "out", "--threads", "1"];
+        settings.iter().for_each(|set| args.extend(["--set", set]));
+        let ran = bench.pliant_with(&args, &[("PLIANT_VECTOR_UNIT", unit)]);
+        if unit == "avx2" && ran.err.contains("does not have") {
+            continue;
+        }
+        ran.expect(0);
+        let now = results(bench, "out");
+        assert_same(first.get_or_insert_with(|| now.clone()), &now, &format!("{what}: `{unit}`"));
+    }
+}
+
 /// Runs `scene.toml` twice with one thread, then with more, and compares.
 ///
 /// # Panics
@@ -62,11 +90,7 @@ fn the_same_for_any_number_of_threads(bench: &Bench, settings: &[&str], what: &s
             first = Some(now);
             continue;
         };
-        for ((name, a), (other, b)) in first.iter().zip(&now) {
-            let at = a.iter().zip(b).position(|(a, b)| a != b);
-            assert!(name == other && a == b, "{what}: run {turn}, {threads} threads: {name} differs, at byte {at:?}");
-        }
-        assert_eq!(first.len(), now.len(), "{what}: {threads} threads");
+        assert_same(first, &now, &format!("{what}: run {turn}, {threads} threads"));
     }
 }
 
@@ -115,6 +139,30 @@ fn a_pull_that_is_kept_has_the_same_bytes_for_any_number_of_threads() {
         let set = format!("time.integrator={integrator}");
         the_same_for_any_number_of_threads(&bench, &[&set], &format!("pull, {integrator}"));
     }
+}
+
+#[test]
+fn materials_have_the_same_bytes_on_any_vector_unit() {
+    let bench = Bench::new();
+    let held = "[[body.fixed]]\nbox = [[-1.0, -1.0, -1.0], [1.0, 1.0, -0.019]]";
+    bench.write("scene.toml", scene("touch").replace("[[device]]", &format!("{held}\n[[device]]")));
+    for material in ["mass-spring", "neo-hookean", "corotational"] {
+        for integrator in ["symplectic-euler", "backward-euler"] {
+            let set = [
+                format!("body.0.material={{ plugin = \"{material}\", params = {{ young = 2e4, density = 1000 }} }}"),
+                format!("time.integrator={integrator}"),
+                "body.0.grid.region=whole".to_owned(),
+                "body.0.grid.level=5".to_owned(),
+            ];
+            let set: Vec<&str> = set.iter().map(String::as_str).collect();
+            the_same_on_any_vector_unit(&bench, &set, &format!("{material}, {integrator}"));
+        }
+    }
+    bench.write("scene.toml", CLOTH);
+    the_same_on_any_vector_unit(&bench, &[], "cloth");
+    let ran = bench.pliant_with(&["run", "scene.toml"], &[("PLIANT_VECTOR_UNIT", "avx3")]);
+    let error = ran.expect(2).err;
+    assert!(error.contains("avx3") && error.contains("avx2"), "{error}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! A kernel is generic over [`Real`]. With `f64` it computes one element; with `Wide` or `SingleWide` (feature `lanes`) it computes one
 //! element per lane of a vector register. Both do the same operations in the same order on each element and use no fused multiply-add, so
-//! the bytes do not depend on the vector unit found at run time (`pulp::Arch::new().dispatch`).
+//! the bytes do not depend on the vector unit found at run time (`vector_unit().dispatch`).
 //!
 //! Everything between `dispatch` and the arithmetic must be inlined, or it is not compiled for the vector unit. Closures are not
 //! always inlined, so kernels use none, except on rare paths ([`Real::map_lanes`]).
@@ -33,7 +33,7 @@ pub use pulp;
 #[cfg(feature = "lanes")]
 pub use rows::{RowScalar, SplitBlock, add_block};
 #[cfg(feature = "lanes")]
-pub use units::units;
+pub use units::{check_vector_unit, units, vector_unit};
 pub use vec3::Vec3;
 #[cfg(feature = "lanes")]
 pub use wide::{MAX_LANES, MAX_SINGLE_LANES, SingleWide, Wide};

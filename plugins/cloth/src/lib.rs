@@ -26,6 +26,7 @@ mod wrinkling;
 
 use bending::Hinge;
 use friction::FrictionElement;
+use pliant_plugin_api::lanes::vector_unit;
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Field, Info, Material, NodeScalars, NodeVectors, NormalForces,
     Params, Planes, SingleBlocks, Source, TangentScale, abi, export_plugins, pair_index,
@@ -53,7 +54,7 @@ impl Material for Cloth {
     const SOURCES: &'static [Source] = fabric::SOURCES;
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
-        Ok(Self { settings: Settings::new(params)?, arch: pulp::Arch::new() })
+        Ok(Self { settings: Settings::new(params)?, arch: vector_unit() })
     }
 
     fn elements(&self) -> Vec<ElementRequest> {

@@ -9,7 +9,7 @@
 use crate::gather::Energy;
 use crate::stiffness::Stiffness;
 use crate::volume::{self, Tetrahedra};
-use pliant_plugin_api::lanes::{Interleaved, Real, Vec3, Wide};
+use pliant_plugin_api::lanes::{Interleaved, Real, Vec3, Wide, vector_unit};
 use pliant_plugin_api::{BlockScalar, Blocks, Elements, NodeVectors, NodeWindow, TangentScale, prefetch};
 use pulp::{Simd, WithSimd};
 
@@ -127,7 +127,7 @@ struct Block {
 impl Kernel {
     /// A kernel for the widest vector unit of the processor.
     pub fn new() -> Self {
-        Self { arch: pulp::Arch::new() }
+        Self { arch: vector_unit() }
     }
 
     /// Adds the force of each spring, `k ((l - l0) + tau dl/dt)` along its axis, to its ends, N.

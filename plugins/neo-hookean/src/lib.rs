@@ -14,7 +14,7 @@ mod plasticity;
 
 use energy::Moduli;
 use plasticity::{HISTORY, Plasticity};
-use pliant_plugin_api::lanes::Real;
+use pliant_plugin_api::lanes::{Real, vector_unit};
 use pliant_plugin_api::solids::{
     EnergyHessian, Mat3, Shapes, SolidCall, SolidEnergy, ViscosityCoefficients, add_mass, requests, write_rest_data,
 };
@@ -127,7 +127,7 @@ impl Material for NeoHookean {
                 Plasticity::new(yield_strain, params.number("hardening"), params.number("flow-time"), poisson)
             }),
             project: params.choice("tangent") == 0,
-            arch: pulp::Arch::new(),
+            arch: vector_unit(),
         })
     }
 

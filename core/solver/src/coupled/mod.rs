@@ -24,6 +24,7 @@ use chebyshev::Chebyshev;
 use least_eigenvalue::least_eigenvalue;
 use nalgebra::Matrix3;
 use pliant_plugin_api::PlanesMut;
+use pliant_plugin_api::lanes::vector_unit;
 use pliant_plugin_api::{abi, prefetch};
 use std::ops::Range;
 
@@ -175,7 +176,7 @@ impl CoupledHinges {
             let (moments, gradients) = (&this.moment[chunk.range.clone()], this.gradients(chunk.range.clone()));
             let nodes = set.nodes().as_chunks().0;
             let nodes = &nodes[chunk.range.clone()];
-            pulp::Arch::new().dispatch(HingeForces { nodes, moments, gradients, first: chunk.window.start, window });
+            vector_unit().dispatch(HingeForces { nodes, moments, gradients, first: chunk.window.start, window });
             Ok(())
         })
     }

@@ -4,6 +4,7 @@ use crate::algebra::SingleBlock;
 use crate::lanes::{Entry, flush_denormals};
 use crate::matrix::{Matrix, Values};
 use crate::threads::Pool;
+use pliant_plugin_api::lanes::vector_unit;
 use std::ops::Range;
 
 /// Blocks in a chunk of work for a thread.
@@ -27,7 +28,7 @@ pub fn round(pool: &Pool, scale: f64, matrix: &Matrix, slots: Range<usize>, out:
 /// `out = scale from`, rounded.
 fn copy<T: Entry>(pool: &Pool, scale: f64, from: &[[T; 9]], out: &mut [SingleBlock]) {
     pool.par_chunks(out, BLOCKS, &|first, out: &mut [SingleBlock]| {
-        pulp::Arch::new().dispatch(Round { scale, from: &from[first..first + out.len()], out });
+        vector_unit().dispatch(Round { scale, from: &from[first..first + out.len()], out });
     });
 }
 

@@ -16,6 +16,7 @@ use crate::system::System;
 use crate::system_scales::SystemScales;
 use crate::threads::NODES;
 use pliant_plugin_api::TangentScale;
+use pliant_plugin_api::lanes::vector_unit;
 use std::time::Instant;
 
 /// Relative tolerance of a solve above which hinge moments may be computed in single precision (six digits).
@@ -328,17 +329,7 @@ impl Integrator {
         let (force, gravity, effective_dt) = (&self.force[..], step.loads.gravity, coefficients.effective_dt);
         let squares = step.pool.fold((&mut b[..], &mut z[..]), &|first, (b, z)| {
             let prescribed = |i: usize| self.prescribed(i, nodes.prescribed[i], coefficients, dt);
-            pulp::Arch::new().dispatch(RightSide {
-                nodes,
-                force,
-                gravity,
-                effective_dt,
-                start,
-                prescribed,
-                first,
-                b,
-                z,
-            })
+            vector_unit().dispatch(RightSide { nodes, force, gravity, effective_dt, start, prescribed, first, b, z })
         });
         (self.b, self.z) = (b, z);
         squares

@@ -138,6 +138,7 @@ impl Current<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pliant_plugin_api::lanes::vector_unit;
 
     fn wave(n: usize, seed: usize) -> Vec<Vec3> {
         (0..n).map(|i| Vec3::from_fn(|c, _| (1.7 * (seed + 3 * i + c) as f64).sin())).collect()
@@ -161,7 +162,7 @@ mod tests {
             let (mut squares, mut expected) = (0.0, 0.0);
             for (first, (b, z)) in (0..).step_by(16).zip(b.chunks_mut(16).zip(z.chunks_mut(16))) {
                 let (nodes, force, prescribed) = (&nodes, &force[..], |i: usize| Vec3::new(i as f64, 2.0, 3.0));
-                squares += pulp::Arch::new().dispatch(RightSide {
+                squares += vector_unit().dispatch(RightSide {
                     nodes,
                     force,
                     gravity,

@@ -16,6 +16,7 @@ mod tests;
 mod x86;
 
 use blocks::BlockUnit;
+use pliant_plugin_api::lanes::vector_unit;
 use pulp::NullaryFnOnce;
 
 pub use entry::Entry;
@@ -170,7 +171,7 @@ pub trait Work {
 
 /// Runs `work` on the widest vector unit of the processor.
 pub fn widest<W: Work>(work: W) -> W::Output {
-    match pulp::Arch::new() {
+    match vector_unit() {
         #[cfg(target_arch = "x86_64")]
         pulp::Arch::V4(unit) => unit.vectorize(On { work, unit }),
         #[cfg(target_arch = "x86_64")]
@@ -182,9 +183,11 @@ pub fn widest<W: Work>(work: W) -> W::Output {
 /// Registers of 256 bits where the processor has them, for loops over eight numbers in single precision.
 pub fn arch_of_256_bits() -> pulp::Arch {
     #[cfg(target_arch = "x86_64")]
-    if let Some(unit) = pulp::x86::V3::try_new() {
-        return pulp::Arch::V3(unit);
-    }
+    return match vector_unit() {
+        pulp::Arch::V4(_) => pulp::x86::V3::try_new().map_or(pulp::Arch::Scalar, pulp::Arch::V3),
+        unit => unit,
+    };
+    #[cfg(not(target_arch = "x86_64"))]
     pulp::Arch::Scalar
 }
 

@@ -14,6 +14,7 @@ use crate::force_model::ForceError;
 use crate::hinge_assembly::BlocksMut;
 use crate::lanes::Work;
 use crate::threads::Pool;
+use pliant_plugin_api::lanes::vector_unit;
 use std::ops::Range;
 
 /// The sum of all blocks of a row.
@@ -167,7 +168,7 @@ impl F32Blocks {
     fn compute_diagonal(&mut self, pool: &Pool, pattern: Pattern<'_>) {
         let (blocks, mass) = (&self.blocks[..], &self.mass[..]);
         pool.par_chunks(&mut self.diagonal[..], ROWS, &|first, diagonal| {
-            pulp::Arch::new().dispatch(Diagonal { first, mass: &mass[first..], blocks, pattern, diagonal });
+            vector_unit().dispatch(Diagonal { first, mass: &mass[first..], blocks, pattern, diagonal });
         });
     }
 

@@ -4,6 +4,7 @@ use super::graph::Weights;
 use crate::algebra::SingleBlock;
 use crate::matrix::Matrix;
 use crate::threads::Pool;
+use pliant_plugin_api::lanes::vector_unit;
 use std::cmp::Ordering;
 use std::ops::Range;
 
@@ -81,7 +82,7 @@ impl Galerkin {
     pub fn update(&self, pool: &Pool, fine: &[SingleBlock], first: usize, coarse: &mut [SingleBlock]) {
         let fine = fine.as_flattened();
         pool.par_chunks(coarse, CHUNK, &|at, out| {
-            pulp::Arch::new().dispatch(Sums { galerkin: self, fine, first: first + at, out });
+            vector_unit().dispatch(Sums { galerkin: self, fine, first: first + at, out });
         });
     }
 }

@@ -20,6 +20,7 @@ use crate::matrix::Matrix;
 use crate::multilevel::Multilevel;
 use crate::multilevel::refresh::Refresh;
 use crate::threads::Pool;
+use pliant_plugin_api::lanes::vector_unit;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Matrix, preconditioner and vectors of the corrections.
@@ -169,7 +170,7 @@ impl F32Corrections {
         let all = Sixteens(self.inverse.flat_mut().as_chunks_mut().0.as_chunks_mut().0);
         self.quadratic_form = pool.fold(all, &|first, Sixteens(out)| {
             let (quadratic_form, condition) =
-                pulp::Arch::new().dispatch(BlockInverses { system, weight: jacobi_weight, first, out });
+                vector_unit().dispatch(BlockInverses { system, weight: jacobi_weight, first, out });
             max_condition.fetch_max(condition.to_bits(), Ordering::Relaxed);
             quadratic_form
         });

@@ -24,6 +24,7 @@ use f32_corrections::{CorrectionGoal, F32Corrections, StopTest};
 use f64_solver::F64Solver;
 use filtered_system::{FilteredSystem, SolveReport, StoppingTest};
 use initial_guess::InitialGuess;
+use pliant_plugin_api::lanes::vector_unit;
 use residual::{Residual, SquaredNorm};
 
 /// Approximation of the inverse of the matrix, P.
@@ -267,7 +268,7 @@ impl Pcg {
             ResidualOf::Solution => Some(&self.product),
             ResidualOf::Prescribed => None,
         };
-        let (constrained, arch) = (self.inner.constrained(), pulp::Arch::new());
+        let (constrained, arch) = (self.inner.constrained(), vector_unit());
         pool.fold(&mut self.r[..], &|first, r: &mut [Vec3]| {
             let product = product.map(|product| &product[first..]);
             arch.dispatch(Residual { b: &system.b[first..], product, r: &mut *r });

@@ -2,6 +2,7 @@
 
 use crate::lanes::aligned::Lines;
 use crate::lanes::arch_of_256_bits;
+use pliant_plugin_api::lanes::vector_unit;
 use pulp::bytemuck::Pod;
 use pulp::{Arch, Simd};
 use std::ops::{Add, Mul, Sub};
@@ -46,7 +47,7 @@ impl Number for f64 {
     }
 
     fn arch() -> Arch {
-        Arch::new()
+        vector_unit()
     }
 
     #[inline(always)]
