@@ -183,7 +183,8 @@ impl<T: Device> AsDevice<T> {
         unsafe {
             call::<Self, _>(plugin, |device| {
                 // A host of an earlier minor has a shorter struct.
-                let (size, info) = ((*out).size.min(size_of::<DeviceInfo>()), device.describe());
+                let size = (*out).size.min(size_of::<DeviceInfo>());
+                let info = DeviceInfo { size, ..device.describe() };
                 core::ptr::copy_nonoverlapping((&raw const info).cast::<u8>(), out.cast::<u8>(), size);
                 Ok(())
             })

@@ -61,6 +61,23 @@ fn a_run_keeps_to_the_peak_torque_of_the_device() {
     assert_eq!(largest(&without), 0.0, "a device of three axes renders none");
 }
 
+#[test]
+fn a_replay_has_the_torques_and_events_of_its_run() {
+    let peak = 0.4 * largest(&run(1.0).0);
+    let bench = Bench::new();
+    scene(&bench, peak);
+    let args = ["run", "grab.toml", "-q", "--set", "time.duration=0.6", "--record", "grab.rec", "--out", "out"];
+    bench.pliant(&args).expect(0);
+    bench.pliant(&["replay", "grab.rec", "-q", "--out", "again"]).expect(0);
+    assert_eq!(bench.summary("out")["event_counts"], bench.summary("again")["event_counts"]);
+    // All but the last column, the time that a step took.
+    let [trace, again] = ["out", "again"].map(|out| {
+        let text = String::from_utf8(bench.read(&format!("{out}/trace.csv"))).expect("UTF-8");
+        text.lines().map(|row| row.rsplit_once(',').map_or("", |(row, _)| row).to_owned()).collect::<Vec<_>>()
+    });
+    assert!(trace.len() > 600 && trace == again, "trace.csv differs");
+}
+
 /// A device of six axes that is led along the path of the scene, and records its torques.
 struct Twister {
     peak: f64,

@@ -44,6 +44,20 @@ impl TestDevice {
         Ok(Self { instance, table, rendered, info })
     }
 
+    /// Bytes that `describe` writes past the end of the struct of a 1.0 host, and the size it then states.
+    pub(super) fn describe_for_1_0(&self) -> Result<(usize, usize), Fault> {
+        const UNTOUCHED: u8 = 0xa5;
+        // SAFETY: a struct of numbers.
+        let mut info: DeviceInfo = unsafe { core::mem::zeroed() };
+        info.peak_torque = f64::from_ne_bytes([UNTOUCHED; 8]);
+        info.size = core::mem::offset_of!(DeviceInfo, peak_torque);
+        let describe = self.table.describe.expect("checked");
+        // SAFETY: see above; the struct is as long as the newest one.
+        self.instance.check(unsafe { describe(self.instance.raw(), &mut info) })?;
+        let written = info.peak_torque.to_ne_bytes().iter().filter(|byte| **byte != UNTOUCHED).count();
+        Ok((written, info.size))
+    }
+
     /// One pose per effector.
     pub(super) fn read(&self, time_ns: u64) -> Result<Vec<Pose>, Fault> {
         let mut poses = vec![Pose::default(); self.info.effectors as usize];

@@ -1,5 +1,6 @@
 //! Decoding of poses, devices, lapses and commands from little-endian bytes. `pliant_record` encodes them.
 
+use super::format::PEAK_TORQUE_VERSION;
 use crate::session::{Lapse, SessionCommand, Stage};
 use pliant_host::{DeviceInfo, Pose};
 use pliant_solver::Vec3;
@@ -67,8 +68,8 @@ impl<'a> ByteReader<'a> {
         })
     }
 
-    /// Name and description of a device, the name last.
-    pub(super) fn device(&mut self) -> Option<(String, DeviceInfo)> {
+    /// Name and description of a device in a file of this version, the name last.
+    pub(super) fn device(&mut self, version: u32) -> Option<(String, DeviceInfo)> {
         let mut counts = [0; 5];
         for count in &mut counts {
             *count = self.u32()?;
@@ -76,6 +77,8 @@ impl<'a> ByteReader<'a> {
         let [effectors, buttons, driven_axes, taxel_rows, taxel_columns] = counts;
         let [rate, peak_force, continuous_force, stiffness, damping, resolution, taxel_pitch, taxel_force] =
             self.numbers()?;
+        let workspace = self.numbers()?;
+        let [peak_torque] = if version >= PEAK_TORQUE_VERSION { self.numbers()? } else { [0.0] };
         let info = DeviceInfo {
             size: size_of::<DeviceInfo>(),
             effectors,
@@ -89,10 +92,10 @@ impl<'a> ByteReader<'a> {
             stiffness,
             damping,
             resolution,
-            workspace: self.numbers()?,
+            workspace,
             taxel_pitch,
             taxel_force,
-            peak_torque: 0.0,
+            peak_torque,
         };
         Some((self.text()?, info))
     }

@@ -4,7 +4,7 @@
 //! follows from these, so a replay gives the same bytes with the same program and plugins, without devices.
 //!
 //! A file is little-endian: `PLIANTRC`, version (u32), blocks of a kind (u8), a length (u32) and a content, and finally the digest of all bytes
-//! before it (u64). The kinds are: `H`, the header as JSON; `D`, a device with its limits and name; `L`, a body that was stopped for taking too
+//! before it (u64). The kinds are: `H`, the header as JSON; `D`, a device with its counts, limits, workspace, peak torque (since version 4) and name; `L`, a body that was stopped for taking too
 //! long; `C`, a command before the next step; `S`, a step with the poses and device forces of all effectors, in the order of the devices, and the
 //! digest of the state after it; `I`, the number of idle steps that follow it, in which no hand was present and neither forces nor state changed;
 //! `E`, the number of steps. Seeds are parameters of devices, and thus part of the scene.
@@ -17,9 +17,11 @@ use std::path::PathBuf;
 
 /// First bytes of a recording.
 pub const MAGIC: &[u8; 8] = b"PLIANTRC";
-/// Version of the format this program writes. It reads older ones too: version 3 has no commands on sculpt layers, version 2 none that sets a
+/// Version of the format this program writes. It reads older ones too: version 3 has no commands on sculpt layers and no peak torques of devices, version 2 none that sets a
 /// stiffness, version 1 neither commands nor idle steps.
 pub const VERSION: u32 = 4;
+/// First version with the peak torque of a device; in older ones it is 0, not known.
+pub const PEAK_TORQUE_VERSION: u32 = 4;
 /// Oldest version it reads.
 pub const OLDEST_VERSION: u32 = 1;
 /// Kind of the block with the header.

@@ -107,7 +107,7 @@ impl Recording {
             match kind {
                 HEADER => header = Some(serde_json::from_slice::<RecordingHeader>(content.0).map_err(|_| broken())?),
                 DEVICE => {
-                    let (name, info) = content.device().ok_or_else(broken)?;
+                    let (name, info) = content.device(version).ok_or_else(broken)?;
                     check_device_info(&info).map_err(|reason| format!("changed: device `{name}`: {reason}"))?;
                     devices.push((name, info));
                 }

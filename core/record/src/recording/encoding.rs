@@ -18,16 +18,17 @@ pub(super) fn put_pose(out: &mut Vec<u8>, pose: &Pose) {
     put_numbers(out, &pose.velocity);
 }
 
-/// Appends a device: its counts, limits and workspace, then its name up to the end of the block.
+/// Appends a device: its counts, limits, workspace and peak torque (N m), then its name up to the end of the block.
 pub(super) fn put_device(out: &mut Vec<u8>, name: &str, info: &DeviceInfo) {
     let counts = [info.effectors, info.buttons, info.driven_axes, info.taxel_rows, info.taxel_columns];
     counts.iter().for_each(|n| out.extend_from_slice(&n.to_le_bytes()));
     put_numbers(out, &limits(info));
     put_numbers(out, &info.workspace);
+    put_numbers(out, &[info.peak_torque]);
     out.extend_from_slice(name.as_bytes());
 }
 
-/// The limits of a device except the workspace, in the order of the file.
+/// The limits of a device except workspace and peak torque, in the order of the file.
 fn limits(f: &DeviceInfo) -> [f64; 8] {
     [f.rate, f.peak_force, f.continuous_force, f.stiffness, f.damping, f.resolution, f.taxel_pitch, f.taxel_force]
 }

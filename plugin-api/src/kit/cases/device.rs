@@ -4,12 +4,12 @@ use super::super::candidate::Candidate;
 use super::super::device::{TestDevice, output};
 use super::common::needs_more_than_numbers;
 use super::{Case, Verdict, describe_fault, ensure};
-use crate::abi::POSE_VALID;
+use crate::abi::{DeviceInfo, POSE_VALID};
 
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "limits-are-valid",
-        promise: "rate, forces and stiffness are positive, and the workspace is not reversed",
+        promise: "rate, forces and stiffness are positive, the workspace is not reversed, and the shorter struct of an older host is not overrun",
         run: limits_are_valid,
     },
     Case {
@@ -71,6 +71,14 @@ fn limits_are_valid(c: &Candidate) -> Result<Verdict, String> {
         ensure(info.damping >= 0.0 && info.resolution >= 0.0, || "its damping or resolution is negative".into())?;
         let w = info.workspace;
         ensure((0..3).all(|i| w[i] <= w[i + 3]), || format!("its workspace ends before it begins: {w:?} m"))?;
+        let (past_end, size) = device.describe_for_1_0().map_err(describe_fault)?;
+        let host = core::mem::offset_of!(DeviceInfo, peak_torque);
+        ensure(past_end == 0 && size <= host, || {
+            format!(
+                "for a host of 1.0, whose `pliant_device_info` has {host} bytes, `describe` sets its size to {size} and writes \
+                 {past_end} bytes past its end; allowed is at most the `size` that the host has set"
+            )
+        })?;
         Ok(Verdict::Passed)
     })
 }
