@@ -82,7 +82,8 @@ fn a_turntable_carries_a_block_round() {
             format!("[{}, 0, 0, {turned}]", t + 0.05)
         })
         .collect();
-    for time in ["integrator = \"backward-euler\"", "integrator = \"symplectic-euler\""] {
+    let several = "integrator = \"backward-euler\"\n[solver]\nnewton = 4";
+    for time in ["integrator = \"backward-euler\"", several, "integrator = \"symplectic-euler\""] {
         let table = format!(
             "shape = {{ kind = \"box\", size = [0.2, 0.2, 0.01] }}\nposition = [0, 0, -0.005]\nrotation-path = [{}]",
             rows.join(", ")

@@ -172,13 +172,16 @@ fn the_program_counts_sewn_panels_as_one_part() {
     );
     bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
     assert!(bench.names("out").contains(&"final-part-2.obj".to_owned()), "{:?}", bench.names("out"));
-    let cases: [(String, &str, &[&str]); 8] = [
+    // A triangle after a vertex of no face.
+    let relative = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n";
+    let cases: [(String, &str, &[&str]); 9] = [
         (panels([4, 5], 3, 0.0), seam, &["5 vertices in a row", "group `right` has 6"]),
         (panels([4; 2], 3, 0.0), "[[body.stitch]]\ngroups = [\"left\", \"wrong\"]", &["no group `wrong`", "`right`"]),
         (panels([4; 2], 3, 0.0), "[[body.stitch]]\ngroups = [\"left\", \"left\"]", &["share vertex"]),
         (panels([4; 2], 3, 0.02), seam, &["are 0.0200 m apart", "a quarter of an edge", "`time`"]),
         (panels([4; 2], 3, 0.0), "[[body.stitch]]\npairs = [[0, 400]]", &["[0, 400]", "from 0 to 39"]),
         (panels([4; 2], 3, 0.0), "[[body.stitch]]\npairs = [[3, 3]]", &["[3, 3]", "different vertices"]),
+        ("v 0 0 1\n".to_owned() + relative, "[[body.stitch]]\npairs = [[0, 3]]", &["vertex 0, which no face uses"]),
         (panels([4; 2], 3, 0.0), "[[body.stitch]]\ntime = 1", &["one of `groups` and `pairs`"]),
         (panels([4; 2], 3, 0.0), "[[body.stitch]]\ngroups = [\"left\", \"right\"]\ntime = -1", &["time", "-1"]),
     ];

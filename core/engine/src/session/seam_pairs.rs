@@ -37,7 +37,14 @@ pub(super) fn pairs(scene: &Spanned<SeamScene>, source: &Source, model: &Model) 
                     );
                     Err(source.error(pairs.span(), text))
                 }
-                None => Ok(pairs.get_ref().clone()),
+                None => {
+                    if let Some(vertex) = pairs.get_ref().iter().flatten().find(|v| model.around(**v).is_empty()) {
+                        let text =
+                            format!("`pairs` has vertex {vertex}, which no face uses; allowed are vertices of faces");
+                        return Err(source.error(pairs.span(), text));
+                    }
+                    Ok(pairs.get_ref().clone())
+                }
             }
         }
         _ => Err(source.error(scene.span(), "a `stitch` has one of `groups` and `pairs`")),

@@ -48,7 +48,8 @@ pub trait ContactConstraints {
 
 /// Velocities and constraint forces at the end of a step with the present active set.
 pub struct TrialStep<'a> {
-    /// Position of a node before the step, m. Those of the nodes are predicted ones after the first Newton iteration.
+    /// Position of a node where the contacts of the step began, m: before the step, or with explicit Euler after positions have moved. Those of the nodes are
+    /// predicted ones after the first Newton iteration.
     pub start: &'a dyn Fn(&System, usize) -> Vec3,
     /// Velocity of a node after the step, m/s.
     pub velocity: &'a dyn Fn(&System, usize) -> Vec3,

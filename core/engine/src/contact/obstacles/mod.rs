@@ -90,6 +90,9 @@ const DRAWN: f64 = 0.25;
 /// Number of times that points which are inside after a step are moved out; one move may bring another point in.
 const MAX_CORRECTIONS: usize = 8;
 
+/// Position of a node before the step, m ([`TrialStep::start`]).
+type Start<'a> = dyn Fn(&System, usize) -> Vec3 + 'a;
+
 impl ObstacleContacts {
     /// Contact with obstacles that [`ObstacleContacts::place`] sets.
     pub fn new() -> Self {
@@ -153,8 +156,8 @@ impl ObstacleContacts {
 
     /// Brings the nodes of a point into contact. Returns whether any constraint has changed. A node that was released is held again, and stays so for the
     /// substep.
-    fn hold(&mut self, point: &Point, x: Vec3, plane: &ContactPlane, system: &mut System) -> bool {
-        self.hold_nodes(point.constrained(), point.obstacle as usize, (x, plane), system)
+    fn hold(&mut self, point: &Point, x: Vec3, plane: &ContactPlane, system: &mut System, start: &Start<'_>) -> bool {
+        self.hold_nodes(point.constrained(), point.obstacle as usize, (x, plane), system, start)
     }
 
     /// As [`Self::hold`], of these nodes of a point.
@@ -164,6 +167,7 @@ impl ObstacleContacts {
         obstacle: usize,
         (x, plane): (Vec3, &ContactPlane),
         system: &mut System,
+        start: &Start<'_>,
     ) -> bool {
         let (target, towards) = (self.target(obstacle, x, plane), self.obstacles[obstacle].velocity_at(x));
         let mut changed = false;
@@ -174,23 +178,24 @@ impl ObstacleContacts {
             let i = node as usize;
             let place = self.place_of[i];
             // Where the obstacle turns, the node moves with the obstacle where the node is.
-            let turned = self.obstacles[obstacle].velocity_at(system.nodes.x[i]) - towards;
+            let turned = self.obstacles[obstacle].velocity_at(start(system, i)) - towards;
             let target = target + turned.dot(&plane.normal);
             if place == NONE {
                 if !system.nodes.constraint[i].is_free() {
                     changed |= self.keep_out(i, plane.normal, target, system); // a tip holds it
                     continue;
                 }
-                let contact = self.new_contact(node, obstacle, plane.normal, target, system);
+                let x = start(system, i);
+                let contact = self.new_contact((node, x), obstacle, plane.normal, target, system);
                 self.place_of[i] = self.contacts.len() as u32;
-                self.constrain(&contact, system);
+                self.constrain(&contact, x, system);
                 self.contacts.push(contact);
                 changed = true;
                 continue;
             }
             let mut contact = self.contacts[place as usize];
             if join(&mut contact, obstacle, plane.normal, target) {
-                self.constrain(&contact, system);
+                self.constrain(&contact, start(system, i), system);
                 self.contacts[place as usize] = contact;
                 changed = true;
             }
@@ -210,11 +215,19 @@ impl ObstacleContacts {
         true
     }
 
-    fn new_contact(&self, node: u32, obstacle: usize, normal: Vec3, target: f64, system: &System) -> VertexContact {
+    /// A contact of a node that is at `x` (m) before the step.
+    fn new_contact(
+        &self,
+        (node, x): (u32, Vec3),
+        obstacle: usize,
+        normal: Vec3,
+        target: f64,
+        system: &System,
+    ) -> VertexContact {
         let before = self.previous(node).filter(|last| last.obstacle == obstacle);
         let placed = &self.obstacles[obstacle];
         let v = system.nodes.v[node as usize];
-        let drive = placed.velocity_at(system.nodes.x[node as usize]);
+        let drive = placed.velocity_at(x);
         let past = v - drive;
         let speed = -past.dot(&normal);
         let rebound = if before.is_none() && speed > MIN_REBOUND_SPEED { placed.restitution * speed } else { 0.0 };
@@ -238,10 +251,10 @@ impl ObstacleContacts {
         }
     }
 
-    /// Sets the constraint and the prescribed velocity of a node from its contact state.
-    fn constrain(&self, contact: &VertexContact, system: &mut System) {
+    /// Sets the constraint and the prescribed velocity of a node, at `x` (m) before the step, from its contact state.
+    fn constrain(&self, contact: &VertexContact, x: Vec3, system: &mut System) {
         let i = contact.node as usize;
-        let (n, drive) = (contact.normal, self.obstacles[contact.tips.0].velocity_at(system.nodes.x[i]));
+        let (n, drive) = (contact.normal, self.obstacles[contact.tips.0].velocity_at(x));
         let [a, b] = contact.target;
         let (constraint, prescribed) = match (contact.state, contact.tips.1) {
             (State::Free, _) => (Constraint::Free, Vec3::zeros()),
@@ -294,8 +307,8 @@ impl ObstacleContacts {
     }
 
     /// Holds the points that a trial step brings into an obstacle. Returns whether there are any.
-    fn hold_entering(&mut self, system: &mut System, velocity: &dyn Fn(&System, usize) -> Vec3) -> bool {
-        let mut changed = false;
+    fn hold_entering(&mut self, system: &mut System, trial: &TrialStep<'_>) -> bool {
+        let (velocity, mut changed) = (trial.velocity, false);
         for at in 0..self.points.len() {
             let point = self.points[at];
             let v = point.mean(|i| velocity(system, i));
@@ -311,7 +324,7 @@ impl ObstacleContacts {
             if deeper <= self.tolerance {
                 continue;
             }
-            if self.hold(&point, start, &plane, system) {
+            if self.hold(&point, start, &plane, system, trial.start) {
                 changed = true;
                 continue;
             }
@@ -325,7 +338,7 @@ impl ObstacleContacts {
             let free = point.carriers().filter(|(node, _)| !self.is_fixed(*node));
             let furthest = free.max_by(|a, b| (a.1 * inwards(a.0)).total_cmp(&(b.1 * inwards(b.0))));
             let node = furthest.map(|(node, _)| node).into_iter();
-            changed |= self.hold_nodes(node, point.obstacle as usize, (start, &plane), system);
+            changed |= self.hold_nodes(node, point.obstacle as usize, (start, &plane), system, trial.start);
         }
         changed
     }
@@ -437,7 +450,7 @@ impl ContactConstraints for ObstacleContacts {
             let enters = plane.gap + plane.normal.dot(&way) < -self.tolerance;
             let was_here = |node| self.previous(node).is_some_and(|last| last.obstacle == point.obstacle as usize);
             if enters || (start.distance <= self.follow && point.constrained().all(was_here)) {
-                self.hold(&point, x, &plane, system);
+                self.hold(&point, x, &plane, system, &|s, i| s.nodes.x[i]);
             }
         }
     }
@@ -453,11 +466,12 @@ impl ContactConstraints for ObstacleContacts {
         for at in 0..self.contacts.len() {
             if let Some((next, true)) = self.transition(&self.contacts[at], system, trial) {
                 self.contacts[at] = next;
-                self.constrain(&next, system);
+                let x = (trial.start)(system, next.node as usize);
+                self.constrain(&next, x, system);
                 changed = true;
             }
         }
-        (trial.error_bound.is_none() && self.hold_entering(system, trial.velocity)) || changed
+        (trial.error_bound.is_none() && self.hold_entering(system, trial)) || changed
     }
 
     fn can_stop_early(&self, system: &System, trial: &TrialStep<'_>) -> bool {
