@@ -5,18 +5,20 @@ use crate::event::{ABS_DISTANCE, ABS_PRESSURE, ABS_TILT_X, ABS_TILT_Y, ABS_X, AB
 /// The values of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Axis {
-    /// Least value.
+    /// Least value, in the device's own units.
     pub min: i32,
-    /// Greatest value; the axis is absent where it is not above `min`.
+    /// Greatest value, in the same units; the axis is absent where it is not above `min`.
     pub max: i32,
     /// Values for a millimetre, or for a radian of a tilt; 0 where the device does not say it.
     pub resolution: i32,
+    /// Value when the device was opened; 0 where it does not say it. The kernel sends only what differs from it.
+    pub value: i32,
 }
 
 impl Axis {
     /// From 0 to `max`, of unknown resolution.
     pub fn up_to(max: f64) -> Self {
-        Self { min: 0, max: max as i32, resolution: 0 }
+        Self { min: 0, max: max as i32, resolution: 0, value: 0 }
     }
 
     /// Whether the device has it.
@@ -54,17 +56,17 @@ impl Axis {
 /// The axes of a tablet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Axes {
-    /// To the right.
+    /// Position of the tip to the right.
     pub x: Axis,
-    /// Towards the user.
+    /// Position of the tip towards the user.
     pub y: Axis,
-    /// Of the tip on the tablet.
+    /// Pressure of the tip on the tablet.
     pub pressure: Axis,
-    /// Of the tip above it.
+    /// Height of the tip above the tablet; absent for many.
     pub distance: Axis,
-    /// To the right.
+    /// Tilt of the barrel to the right.
     pub tilt_x: Axis,
-    /// Towards the user.
+    /// Tilt of the barrel towards the user.
     pub tilt_y: Axis,
 }
 
@@ -101,8 +103,8 @@ fn query<const REQUEST: rustix::ioctl::Opcode>(file: &std::fs::File) -> Option<A
     // SAFETY: `EVIOCGABS` writes one `struct input_absinfo`, six numbers of 32 bits, which is what the getter makes room for; the kernel refuses
     // it for files that are no input devices.
     let info = unsafe { rustix::ioctl::ioctl(file, rustix::ioctl::Getter::<REQUEST, AbsInfo>::new()) }.ok()?;
-    let [_, min, max, _, _, resolution] = info;
-    Some(Axis { min, max, resolution })
+    let [value, min, max, _, _, resolution] = info;
+    Some(Axis { min, max, resolution, value })
 }
 
 #[cfg(all(test, target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]

@@ -12,11 +12,11 @@ pub(crate) const SYN_REPORT: u16 = 0;
 /// The reader was too slow and events are missing up to the end of the frame.
 pub(crate) const SYN_DROPPED: u16 = 3;
 
-/// Axes.
+/// Code of the axis to the right, in an [`EV_ABS`] event; the other axes follow.
 pub(crate) const ABS_X: u16 = 0x00;
-/// See [`ABS_X`].
+/// See [`ABS_X`]. Towards the user.
 pub(crate) const ABS_Y: u16 = 0x01;
-/// See [`ABS_X`].
+/// See [`ABS_X`]. Pressure of the tip.
 pub(crate) const ABS_PRESSURE: u16 = 0x18;
 /// See [`ABS_X`]. Of the tip above the tablet.
 pub(crate) const ABS_DISTANCE: u16 = 0x19;
@@ -36,12 +36,12 @@ pub(crate) const BTN_STYLUS: u16 = 0x14b;
 /// The upper button of its barrel.
 pub(crate) const BTN_STYLUS2: u16 = 0x14c;
 
-/// An event.
+/// A `struct input_event` of the kernel: one value of an axis or key, or the end of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Event {
     /// ns, on the clock of the kernel
     pub time_ns: u64,
-    /// Its kind.
+    /// [`EV_SYN`], [`EV_KEY`] or [`EV_ABS`]; others are passed over.
     pub kind: u16,
     /// What it is about, within the kind.
     pub code: u16,

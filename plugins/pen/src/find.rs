@@ -3,7 +3,7 @@
 use crate::event::BTN_TOOL_PEN;
 use std::path::{Path, PathBuf};
 
-/// A pen.
+/// An input device that can tell a pen near it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct FoundPen {
     /// Its file, as `/dev/input/event5`.

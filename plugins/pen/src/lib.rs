@@ -16,7 +16,7 @@ use axes::{Axes, Axis};
 use core::ffi::CStr;
 use pliant_plugin_api::abi::{DeviceInfo, Output, Pose};
 use pliant_plugin_api::{AsDevice, Device, Fault, Finding, Info, Param, Params, export_plugins};
-use source::{RIGHTS_REMEDY, Source, cannot_open, find_file};
+use source::{RIGHTS_REMEDY, Source, cannot_open, find_file, open_without_waiting};
 use state::{Mapping, PenState};
 use std::fs::File;
 use std::io::ErrorKind;
@@ -53,7 +53,7 @@ const PARAMS: &[Param] = &[
 /// Width where the device does not say it, m.
 const WIDTH: f64 = 0.2;
 
-/// A pen.
+/// A hand that is moved by a pen on a tablet, or by a recording of its events.
 pub struct Pen {
     mapping: Mapping,
     info: DeviceInfo,
@@ -118,6 +118,7 @@ impl Device for Pen {
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         let path = find_file(params.text("device"))?;
         let (source, axes) = Source::open(&path)?;
+        let state = axes.as_ref().map_or_else(PenState::default, PenState::opened);
         let axes = axes.map_or_else(|| given_axes(params, &path), Ok)?;
         let mapping = mapping(params, axes, &path)?;
         let (peak, [width, height]) = (params.number("peak-force"), mapping.size);
@@ -139,7 +140,7 @@ impl Device for Pen {
             taxel_force: 0.0,
             peak_torque: 0.0,
         };
-        let reader = Reader { source, state: PenState::default(), began_ns: None, away: 0 };
+        let reader = Reader { source, state, began_ns: None, away: 0 };
         Ok(Self { mapping, info, reader: Mutex::new(reader) })
     }
 
@@ -184,8 +185,10 @@ impl Device for Pen {
                 return vec![Finding::missing("pen", fault.reason, remedy)];
             }
         };
-        let found = Finding::present("pen", path.display().to_string());
-        let rights = match File::open(&path) {
+        let pens = find::pens(Path::new(find::CLASS), Path::new(find::FILES));
+        let name = pens.into_iter().find(|pen| pen.path == path).map(|pen| format!(" ({})", pen.name));
+        let found = Finding::present("pen", format!("{}{}", path.display(), name.unwrap_or_default()));
+        let rights = match if path.is_file() { File::open(&path) } else { open_without_waiting(&path) } {
             Ok(_) => Finding::present("rights", "its events may be read"),
             Err(error) if error.kind() == ErrorKind::PermissionDenied => {
                 Finding::missing("rights", cannot_open(&path, &error).reason, RIGHTS_REMEDY)

@@ -20,6 +20,8 @@ pub(crate) enum Source {
 /// Events of a file that never waits.
 pub(crate) struct LiveEvents {
     file: File,
+    /// Its name, for errors.
+    path: PathBuf,
     /// Bytes of an event that has not arrived whole, and their number.
     part: [u8; BYTES],
     count: usize,
@@ -75,7 +77,7 @@ impl Source {
         }
         let file = open_without_waiting(path).map_err(failed)?;
         let axes = axes_of(&file).or(is_device(kind).then(Axes::default));
-        Ok((Self::Live(LiveEvents { file, part: [0; BYTES], count: 0 }), axes))
+        Ok((Self::Live(LiveEvents { file, path: path.to_path_buf(), part: [0; BYTES], count: 0 }), axes))
     }
 
     /// Gives the state what has happened up to `time_ns` since the device was opened.
@@ -106,7 +108,11 @@ impl LiveEvents {
                 Ok(count) => self.count += count,
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(()),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(_) => return Err(Fault::io("the pen's device no longer answers: was it unplugged?")),
+                Err(error) => {
+                    let text =
+                        format!("{}: {error}; the pen no longer answers: was it unplugged?", self.path.display());
+                    return Err(Fault::io(text));
+                }
             }
             if self.count == BYTES {
                 self.count = 0;
@@ -153,14 +159,15 @@ impl RecordedEvents {
     }
 }
 
+/// Opens a file for reading; neither this nor reading it waits, as for somebody who writes to a pipe.
 #[cfg(target_os = "linux")]
-fn open_without_waiting(path: &Path) -> std::io::Result<File> {
+pub(crate) fn open_without_waiting(path: &Path) -> std::io::Result<File> {
     use rustix::fs::{Mode, OFlags};
     Ok(rustix::fs::open(path, OFlags::RDONLY | OFlags::NONBLOCK | OFlags::CLOEXEC, Mode::empty())?.into())
 }
 
 #[cfg(not(target_os = "linux"))]
-fn open_without_waiting(_: &Path) -> std::io::Result<File> {
+pub(crate) fn open_without_waiting(_: &Path) -> std::io::Result<File> {
     Err(std::io::Error::new(ErrorKind::Unsupported, "pens are read from evdev, which only Linux has"))
 }
 

@@ -29,7 +29,7 @@ pub(crate) struct Mapping {
     pub hover: f64,
 }
 
-/// Values of a pen.
+/// Values of a pen's axes, each in the device's own units, and the buttons that are down, [`TIP`] to [`ERASER`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Values {
     x: i32,
@@ -50,6 +50,8 @@ pub(crate) struct PenState {
     coming: Values,
     /// Whether the pen is near the tablet.
     is_near: bool,
+    /// Whether x and y are known: the kernel sends only values that change, so one may come long before the other.
+    knows: [bool; 2],
     /// What the present frame has said of that.
     has_moved: bool,
     has_left: bool,
@@ -60,6 +62,15 @@ pub(crate) struct PenState {
 }
 
 impl PenState {
+    /// A pen whose axes have the values that the device says it has at opening. It is near once it moves.
+    pub fn opened(axes: &Axes) -> Self {
+        let Axes { x, y, pressure, distance, tilt_x, tilt_y } = axes;
+        let [x, y, pressure, distance, tilt_x, tilt_y] =
+            [x, y, pressure, distance, tilt_x, tilt_y].map(|axis| axis.value);
+        let values = Values { x, y, pressure, distance, tilt_x, tilt_y, buttons: 0 };
+        Self { shown: values, coming: values, knows: [true; 2], ..Self::default() }
+    }
+
     /// Takes in an event. Returns whether it ends a frame.
     pub fn take(&mut self, event: Event) -> bool {
         match (event.kind, event.code) {
@@ -91,6 +102,8 @@ impl PenState {
             _ => return,
         };
         *place = value;
+        self.knows[0] |= code == ABS_X;
+        self.knows[1] |= code == ABS_Y;
         // A pen that was near before the device was opened does not say so again.
         self.has_moved |= code == ABS_X || code == ABS_Y;
     }
@@ -112,14 +125,16 @@ impl PenState {
 
     fn end_frame(&mut self) {
         if self.is_dropped {
-            *self = Self { dropped: self.dropped, ..Self::default() };
+            // The tip may have been lifted meanwhile. Where the pen is has changed little, and what has not changed is not sent again.
+            let values = Values { pressure: 0, buttons: 0, ..self.coming };
+            *self = Self { shown: values, coming: values, knows: self.knows, dropped: self.dropped, ..Self::default() };
             return;
         }
         if self.has_left {
-            // Drivers set all axes to zero in this frame.
-            self.coming = Values { x: self.shown.x, y: self.shown.y, ..Values::default() };
+            self.coming.buttons = 0;
         }
-        self.is_near = !self.has_left && (self.is_near || self.has_moved);
+        let has_place = self.knows == [true; 2];
+        self.is_near = !self.has_left && has_place && (self.is_near || self.has_moved);
         (self.has_moved, self.has_left) = (false, false);
         self.shown = self.coming;
     }
@@ -167,9 +182,9 @@ mod tests {
 
     fn map() -> Mapping {
         let axes = Axes {
-            x: Axis { min: 0, max: 1000, resolution: 0 },
-            y: Axis { min: -100, max: 400, resolution: 0 },
-            pressure: Axis { min: 0, max: 2000, resolution: 0 },
+            x: Axis { min: 0, max: 1000, resolution: 0, value: 0 },
+            y: Axis { min: -100, max: 400, resolution: 0, value: 0 },
+            pressure: Axis { min: 0, max: 2000, resolution: 0, value: 0 },
             ..Axes::default()
         };
         Mapping { axes, size: [0.2, 0.1], depth: 0.01, hover: 0.005 }
@@ -207,13 +222,32 @@ mod tests {
     #[test]
     fn missing_events_lift_the_pen_until_it_is_heard_again() {
         let (mut pen, map) = (PenState::default(), map());
-        frame(&mut pen, &[(EV_KEY, BTN_TOOL_PEN, 1), (EV_ABS, ABS_X, 500), (EV_KEY, BTN_TOUCH, 1)]);
+        frame(
+            &mut pen,
+            &[(EV_KEY, BTN_TOOL_PEN, 1), (EV_ABS, ABS_X, 500), (EV_ABS, ABS_Y, 400), (EV_KEY, BTN_TOUCH, 1)],
+        );
         pen.take(Event { time_ns: 0, kind: EV_SYN, code: SYN_DROPPED, value: 0 });
         frame(&mut pen, &[(EV_ABS, ABS_X, 900)]);
         assert_eq!((pen.pose(&map).flags, pen.dropped), (0, 1));
         frame(&mut pen, &[(EV_ABS, ABS_X, 250)]);
         let pose = pen.pose(&map);
-        assert_eq!((pose.flags, pose.buttons, pose.position[0]), (POSE_VALID, 0, -0.05));
+        assert_eq!((pose.flags, pose.buttons, pose.position), (POSE_VALID, 0, [-0.05, -0.05, 0.005]), "y was kept");
+    }
+
+    /// The kernel sends only what changes: x alone places no pen unless the device has said y.
+    #[test]
+    fn a_pen_is_near_once_both_axes_are_known() {
+        let map = map();
+        let mut pen = PenState::default();
+        frame(&mut pen, &[(EV_ABS, ABS_X, 750)]);
+        assert_eq!(pen.pose(&map).flags, 0, "y is unknown");
+        frame(&mut pen, &[(EV_ABS, ABS_Y, 400)]);
+        assert_eq!((pen.pose(&map).flags, pen.pose(&map).position), (POSE_VALID, [0.05, -0.05, 0.005]));
+        let y = Axis { value: 275, ..map.axes.y };
+        let mut pen = PenState::opened(&Axes { y, ..map.axes });
+        assert_eq!(pen.pose(&map).flags, 0, "it may be far away");
+        frame(&mut pen, &[(EV_ABS, ABS_X, 750)]);
+        assert_eq!((pen.pose(&map).flags, pen.pose(&map).position), (POSE_VALID, [0.05, -0.025, 0.005]));
     }
 
     /// Over all tilts the z axis goes where the barrel points.

@@ -101,6 +101,10 @@ fn a_pipe_is_read_as_events_arrive_also_in_pieces() {
     let path = folder.path().join("pipe");
     let made = std::process::Command::new("mkfifo").arg(&path).status().expect("mkfifo is there");
     assert!(made.success());
+    let mut values = param::defaults(Pen::INFO.params);
+    values[0] = Value::Text(path.to_str().unwrap().into());
+    let found = Pen::probe(&Params::new(Pen::INFO.params, &values));
+    assert_eq!(found.len(), 2, "a look at the pipe does not wait for a writer");
     let pen = open(&path, MAXIMA).unwrap();
     assert_eq!(read(&pen, 0).flags, 0, "nobody writes yet");
     let mut writer = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
