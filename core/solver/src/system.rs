@@ -223,13 +223,14 @@ impl System {
         Ok(energy)
     }
 
-    /// Updates the history of elements, such as plastic strain, after an accepted step.
+    /// Updates the history of elements, such as plastic strain, after an accepted step. If the material fails, all histories stay.
     ///
     /// # Errors
     /// Returns the error of the material.
     pub fn advance(&mut self, pool: &Pool, time: StepTime) -> Result<(), ForceError> {
         self.update_failed()?;
-        for set in self.sets.iter_mut().filter(|s| s.has(abi::HAS_HISTORY) && s.request().history_stride > 0) {
+        let has_history = |set: &&mut ElementSet| set.has(abi::HAS_HISTORY) && set.request().history_stride > 0;
+        for set in self.sets.iter_mut().filter(has_history) {
             let mut next = std::mem::take(&mut set.next_history);
             next.copy_from_slice(&set.history);
             let planes = PlanesMut::new(&mut next, set.request().history_stride as usize);
@@ -239,9 +240,13 @@ impl System {
                     self.material.advance(&set.call(part, &self.nodes, &self.nodes.v, time), planes)
                 })
             });
-            set.next_history = std::mem::replace(&mut set.history, next);
-            set.failed_is_stale = true;
+            set.next_history = next;
+            // After an error all histories are as before.
             result?;
+        }
+        for set in self.sets.iter_mut().filter(has_history) {
+            std::mem::swap(&mut set.history, &mut set.next_history);
+            set.failed_is_stale = true;
         }
         self.update_failed()
     }

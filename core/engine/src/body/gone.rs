@@ -4,6 +4,7 @@
 
 use super::Body;
 use pliant_plugin_api::abi;
+use pliant_solver::ElementSet;
 use std::sync::Arc;
 
 /// The triangles of a body that are gone.
@@ -13,6 +14,8 @@ pub struct GoneTriangles {
     is_gone: Vec<bool>,
     /// Number of elements of the body that are gone.
     elements: usize,
+    /// Number of changes of the elements' list that `is_gone` has been brought up to date with.
+    changes: u64,
 }
 
 impl GoneTriangles {
@@ -33,11 +36,14 @@ impl Body {
     pub(crate) fn update_gone(&mut self) -> usize {
         let elements = self.system.failed_count();
         let before = std::mem::replace(&mut self.gone.elements, elements);
-        let of_triangles = self.system.sets.iter().find(|set| set.request().kind == abi::TRIANGLE);
+        let can_fail = |set: &&ElementSet| set.request().kind == abi::TRIANGLE && set.has(abi::CAN_FAIL);
+        let of_triangles = self.system.sets.iter().find(can_fail);
         let (Some(sheet), Some(set)) = (self.discretization.sheet(), of_triangles) else {
             return elements.saturating_sub(before);
         };
-        if before > 0 || elements > 0 {
+        // Elements that are made anew count as a change, so it also covers triangles with other numbers after a cut.
+        let changes = std::mem::replace(&mut self.gone.changes, set.failed_changes());
+        if changes != set.failed_changes() && (before > 0 || elements > 0 || !self.gone.is_empty()) {
             self.gone.is_gone.resize(self.model.surface.triangles.len(), false);
             let (mut changed, failed) = (Vec::new(), set.failed());
             for (element, failed) in failed.iter().enumerate() {

@@ -42,8 +42,12 @@ pub struct ElementSet {
     pub(super) start_history: Vec<f64>,
     /// Which elements are gone: 1 for each, else 0 (m); empty if none can be.
     pub(super) failed: Vec<u8>,
+    /// Buffer for the next `failed` (m).
+    pub(super) next_failed: Vec<u8>,
     /// Number of elements that are gone.
     pub(super) failed_count: usize,
+    /// Number of times `failed` has changed.
+    pub(super) failed_changes: u64,
     /// Whether the history has changed since `failed` was written.
     pub(super) failed_is_stale: bool,
     /// Chunks of the list.
@@ -74,7 +78,9 @@ impl ElementSet {
             next_history: Vec::new(),
             start_history: Vec::new(),
             failed: Vec::new(),
+            next_failed: Vec::new(),
             failed_count: 0,
+            failed_changes: 0,
             failed_is_stale: false,
             schedule: Schedule::default(),
             slots: Vec::new(),
@@ -125,6 +131,11 @@ impl ElementSet {
         self.failed_count
     }
 
+    /// Number of times that [`ElementSet::failed`] has changed or the elements were made anew: while it is the same, so is the list.
+    pub fn failed_changes(&self) -> u64 {
+        self.failed_changes
+    }
+
     /// Calls `run` for the parts of a chunk between elements that are gone, in order: for the chunk itself where none is.
     pub(super) fn for_each_intact<E>(
         &self,
@@ -144,21 +155,28 @@ impl ElementSet {
         Ok(())
     }
 
-    /// Has the material say which elements are gone, if it has not since the history has changed.
+    /// Has the material say which elements are gone, if it has not since the history or the rest data has changed. After an error the list is
+    /// as before, and the next call asks again.
     pub(super) fn update_failed(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
         if !(self.failed_is_stale && self.has(abi::CAN_FAIL)) {
             return Ok(());
         }
-        let (count, mut failed) = (self.count(), std::mem::take(&mut self.failed));
-        failed.fill(0);
+        let (count, mut next) = (self.count(), std::mem::take(&mut self.next_failed));
+        next.fill(0);
         let whole = Chunk { range: 0..count, window: 0..nodes.x.len() };
         let told = match count {
             0 => Ok(()),
-            _ => material.failed(&self.call(&whole, nodes, &nodes.v, StepTime::default()), &mut failed),
+            _ => material.failed(&self.call(&whole, nodes, &nodes.v, StepTime::default()), &mut next),
         };
-        self.failed_count = failed.iter().filter(|failed| **failed != 0).count();
-        (self.failed, self.failed_is_stale) = (failed, false);
-        told
+        self.next_failed = next;
+        told?;
+        self.failed_is_stale = false;
+        if self.next_failed != self.failed {
+            std::mem::swap(&mut self.failed, &mut self.next_failed);
+            self.failed_count = self.failed.iter().filter(|failed| **failed != 0).count();
+            self.failed_changes += 1;
+        }
+        Ok(())
     }
 
     /// Whether the request has a flag, one of those of [`pliant_plugin_api::abi`].
@@ -181,14 +199,19 @@ impl ElementSet {
         self.start_history.clone_from(&self.history);
         self.failed.clear();
         self.failed.resize(if self.has(abi::CAN_FAIL) { count } else { 0 }, 0);
+        self.next_failed.clone_from(&self.failed);
+        self.failed_changes += 1;
+        let written = self.rest(material, nodes);
         // Without a history none is gone.
         (self.failed_count, self.failed_is_stale) = (0, false);
-        self.rest(material, nodes)
+        written
     }
 
     /// Has the material write its rest data again, after the rest positions have changed.
     pub(super) fn rest(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
         let count = self.count();
+        // Which elements are gone follows from rest data too.
+        self.failed_is_stale = true;
         let mut data = std::mem::take(&mut self.rest_data);
         data.clear();
         data.resize(count * self.request.rest_stride as usize, 0.0);
