@@ -42,10 +42,15 @@ impl<'a> Found<'a> {
         }
     }
 
-    /// Triangles that are seen, lids over holes left out.
+    /// Triangles that are seen, lids over holes and triangles that have torn left out.
     pub fn triangles(&self) -> impl Iterator<Item = u32> + 'a {
         let model = self.model();
-        (0..model.surface.triangles.len() as u32).filter(|triangle| !model.is_lid(*triangle))
+        let gone = match self {
+            Self::Moving(_, body) => Some(&body.gone),
+            Self::Standing(_) => None,
+        };
+        let is_gone = move |triangle| gone.is_some_and(|gone| gone.contains(triangle));
+        (0..model.surface.triangles.len() as u32).filter(move |t| !model.is_lid(*t) && !is_gone(*t))
     }
 }
 

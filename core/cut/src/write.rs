@@ -14,11 +14,7 @@ use pliant_mesh::{ObjDocument, Surface};
 pub const MATERIAL: &str = "pliant_cut";
 
 impl CutMesh {
-    /// Writes the cut model. `document` is the one the mesh was made from, `points` (n x 3, m) are the current positions of the vertices of
-    /// [`CutMesh::surface`]. Normals rotate with the triangles that refer to them; a row whose corners rotate differently is duplicated.
-    ///
-    /// A mesh without cuts and displacements is written back byte for byte. Uncut faces keep their lines; cut faces become triangles with the
-    /// same group, object, material and smoothing; cut surfaces get a group and a material of the name `material`.
+    /// Writes the cut model with all of its triangles, see [`CutMesh::write_without`].
     ///
     /// # Errors
     /// Those of [`ObjDocument::write`].
@@ -29,12 +25,32 @@ impl CutMesh {
         material: &str,
         out: &mut impl Write,
     ) -> Result<(), WriteError> {
+        self.write_without(|_| false, document, points, material, out)
+    }
+
+    /// Writes the cut model without the triangles that are gone: a face is left out if all of its triangles are gone, a piece of a face that is
+    /// divided if the piece is. Rows of vertices that nothing uses any more stay. `document` is the one the mesh was made from, `points` (n x 3, m) are the current positions of the vertices of
+    /// [`CutMesh::surface`]. Normals rotate with the triangles that refer to them; a row whose corners rotate differently is duplicated.
+    ///
+    /// A mesh without cuts and displacements is written back byte for byte. Uncut faces keep their lines; cut faces become triangles with the
+    /// same group, object, material and smoothing; cut surfaces get a group and a material of the name `material`.
+    ///
+    /// # Errors
+    /// Those of [`ObjDocument::write`].
+    pub fn write_without(
+        &self,
+        is_gone: impl Fn(u32) -> bool,
+        document: &ObjDocument,
+        points: &[Vec3],
+        material: &str,
+        out: &mut impl Write,
+    ) -> Result<(), WriteError> {
         let original = Surface::from_document(document);
         let count = original.points.len();
         same("document's v", original.points.len(), self.uncut.points)?;
         same("points", points.len(), self.surface.points.len())?;
         let own = self.placement.bring_back(&original.points, &self.surface.points[..count], points);
-        let number = self.numbers();
+        let number = self.vertex_rows();
         let visible = zip(&points[count..], &number[count..]).filter(|(_, number)| **number != NONE);
         let new: Vec<Vec3> = visible.map(|(&point, _)| self.placement.apply_inverse(point)).collect();
         let turned = self.turned_normals(points);
@@ -45,7 +61,7 @@ impl CutMesh {
             colours: &[],
             texcoords: &self.texcoords[self.uncut.texcoords..],
             normals: &new_normals,
-            faces: self.changed_faces(document, &original, &number, &turned),
+            faces: self.changed_faces(&is_gone, document, &original, &number, &turned),
             added: (0..self.surface.triangles.len() as u32)
                 .filter(|&t| self.is_cap(t))
                 .map(|t| self.rows(t, &number, &turned))
@@ -55,8 +71,8 @@ impl CutMesh {
         document.write_patched(&own, Some(own_normals), &patch, out)
     }
 
-    /// Row of each vertex in the file. Vertices that belong to lids alone have none.
-    fn numbers(&self) -> Vec<u32> {
+    /// Row of each vertex (n) in the file that [`CutMesh::write`] writes; `u32::MAX` for vertices that belong to lids alone, which have none.
+    pub fn vertex_rows(&self) -> Vec<u32> {
         let mut number = vec![NONE; self.surface.points.len()];
         number[..self.uncut.points].fill(0);
         for triangle in (0..self.surface.triangles.len() as u32).filter(|&t| !self.is_lid(t)) {
@@ -67,9 +83,10 @@ impl CutMesh {
         number
     }
 
-    /// Replacements of all changed faces. A face that only got copies of its vertices stays one face.
+    /// Replacements of all changed faces, none for those that are gone. A face that only got copies of its vertices stays one face.
     fn changed_faces(
         &self,
+        is_gone: &impl Fn(u32) -> bool,
         document: &ObjDocument,
         original: &Surface,
         number: &[u32],
@@ -87,18 +104,25 @@ impl CutMesh {
             (before as u32..self.surface.triangles.len() as u32).filter(|&t| !self.is_cap(t) && !self.is_lid(t));
         let split: BTreeSet<u32> = split.map(|t| self.surface.face_of[t as usize]).collect();
         changed.extend(split.iter().map(|&face| (face, Vec::new())));
+        let of_file = || zip(&self.surface.face_of, 0..).filter(|(_, t)| !self.is_cap(*t) && !self.is_lid(*t));
+        let mut left_out: BTreeSet<u32> = of_file().filter(|(_, t)| is_gone(*t)).map(|(face, _)| *face).collect();
+        if !left_out.is_empty() {
+            of_file().filter(|(_, t)| !is_gone(*t)).for_each(|(face, _)| _ = left_out.remove(face));
+            changed.extend(left_out.iter().map(|&face| (face, Vec::new())));
+        }
         for (number, face) in self.surface.face_of.iter().enumerate() {
             if let Some(triangles) = changed.get_mut(face) {
                 triangles.push(number as u32);
             }
         }
         let polygons = |(face, triangles): (u32, Vec<u32>)| {
-            let whole = if split.contains(&face) {
+            let whole = if split.contains(&face) || left_out.contains(&face) {
                 None
             } else {
                 self.renamed(document, original, face, &triangles, number, turned)
             };
-            let pieces = || triangles.iter().map(|&t| self.rows(t, number, turned).to_vec()).collect();
+            let left = || triangles.iter().filter(|t| !is_gone(**t));
+            let pieces = || left().map(|&t| self.rows(t, number, turned).to_vec()).collect();
             (face, whole.map_or_else(pieces, |polygon| vec![polygon]))
         };
         changed.into_iter().map(polygons).collect()

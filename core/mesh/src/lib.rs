@@ -30,4 +30,4 @@ pub use error::MeshError;
 pub use grey_image::{GreyImage, ImageError, ImageProblem};
 pub use obj::{Corner, Face, ObjDocument, ObjError};
 pub use placement::Placement;
-pub use surface::{Bounds, Surface};
+pub use surface::{Bounds, NO_SHELL, Surface};

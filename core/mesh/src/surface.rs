@@ -5,6 +5,9 @@ use super::triangulate::{split_otherwise, triangulate};
 use super::{ObjDocument, Placement};
 use crate::geometry::Vec3;
 
+/// Number of the shell of a triangle that is left out of [`Surface::joined_shells`].
+pub const NO_SHELL: u32 = u32::MAX;
+
 /// Points and triangles. Points have the indices of the document's vertices, including unused ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surface {
@@ -105,17 +108,18 @@ impl Surface {
 
     /// Connected component of each triangle (m), numbered in the order of their first triangles. Triangles that share a vertex are connected.
     pub fn shells(&self) -> Vec<u32> {
-        self.joined_shells(&[])
+        self.joined_shells(&[], |_| false)
     }
 
-    /// As [`Surface::shells`], with pairs of vertices that count as one, as where a seam joins two pieces.
+    /// As [`Surface::shells`], with pairs of vertices that count as one, as where a seam joins two pieces, and without the triangles for which
+    /// `is_gone` holds: they connect nothing, and their number is [`NO_SHELL`].
     ///
     /// # Panics
     /// If a pair has a vertex that is not there.
-    pub fn joined_shells(&self, joined: &[[u32; 2]]) -> Vec<u32> {
+    pub fn joined_shells(&self, joined: &[[u32; 2]], is_gone: impl Fn(u32) -> bool) -> Vec<u32> {
         let mut parent: Vec<u32> = (0..self.points.len() as u32).collect();
-        for &[a, b, c] in &self.triangles {
-            for other in [b, c] {
+        for (&[a, b, c], triangle) in self.triangles.iter().zip(0..) {
+            for other in [b, c].into_iter().filter(|_| !is_gone(triangle)) {
                 let (a, b) = (root(&mut parent, a), root(&mut parent, other));
                 parent[a.max(b) as usize] = a.min(b);
             }
@@ -124,17 +128,20 @@ impl Surface {
             let (a, b) = (root(&mut parent, a), root(&mut parent, b));
             parent[a.max(b) as usize] = a.min(b);
         }
-        let mut number = vec![u32::MAX; self.points.len()];
+        let mut number = vec![NO_SHELL; self.points.len()];
         let mut count = 0;
-        let shell_of = |triangle: &[u32; 3]| {
-            let shell = &mut number[root(&mut parent, triangle[0]) as usize];
-            if *shell == u32::MAX {
+        let shell_of = |(corners, triangle): (&[u32; 3], u32)| {
+            if is_gone(triangle) {
+                return NO_SHELL;
+            }
+            let shell = &mut number[root(&mut parent, corners[0]) as usize];
+            if *shell == NO_SHELL {
                 *shell = count;
                 count += 1;
             }
             *shell
         };
-        self.triangles.iter().map(shell_of).collect()
+        self.triangles.iter().zip(0..).map(shell_of).collect()
     }
 
     /// Two quads with two common edges may both be split into a triangle of the same three vertices, which would coincide although the quads do not. Such quads

@@ -59,7 +59,7 @@ pub use atomic::{AtomicFile, remove_leftovers};
 pub use content_hash::{ContentHasher, hash_bytes, hash_file};
 pub use inputs::InputHash;
 pub use machine::Machine;
-pub use model::{write_model, write_model_to};
+pub use model::{ModelShape, write_model, write_model_to};
 pub use plan_report::PlanReport;
 pub use probe::ProbeResult;
 pub use recorder::Recorder;

@@ -1,49 +1,138 @@
 //! The deformed model as a file.
 
 use crate::atomic::{AtomicFile, error_at};
-use pliant_engine::body::Body;
+use pliant_engine::body::{Body, CutMesh, GoneTriangles};
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::obj::WriteError;
-use pliant_mesh::{ObjDocument, Surface};
+use pliant_mesh::{ObjDocument, Placement, Surface};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes the OBJ document of a body with its deformed surface to a file. See [`write_model_to`].
+/// Row of a vertex that the file does not have.
+pub(crate) const NO_ROW: u32 = u32::MAX;
+
+/// Writes the OBJ document of a body with its deformed surface to a file. See [`ModelShape::write`].
 ///
 /// # Errors
 /// Fails for a vertex that cannot be written and with the error of the file system, each with the path.
 pub fn write_model(body: &Body, cap_material: &str, path: &Path) -> io::Result<()> {
-    let mut file = AtomicFile::create(path)?;
-    write_model_to(body, cap_material, &mut file).map_err(|error| error_at(path, error))?;
-    file.finish()
+    ModelShape::of(body).write_file(cap_material, path)
 }
 
-/// Writes the OBJ document of a body with its deformed surface. Lines of vertices that have not moved, and all other lines, stay byte for
-/// byte; normals rotate with the faces around them. Faces of a sheet all of whose triangles are gone are left out, with vertices that no other uses. Faces that a cut has made inside of the body get the OBJ material `cap_material`.
+/// Writes the OBJ document of a body with its deformed surface. See [`ModelShape::write`].
 ///
 /// # Errors
 /// Fails for a vertex that cannot be written and with the errors of `out`.
 pub fn write_model_to(body: &Body, cap_material: &str, out: &mut impl Write) -> io::Result<()> {
-    if body.gone.is_empty() {
-        return write_whole(body, cap_material, out);
-    }
-    let mut bytes = Vec::new();
-    write_whole(body, cap_material, &mut bytes)?;
-    let document = ObjDocument::parse(bytes, Path::new("model.obj")).map_err(io::Error::other)?;
-    let written = Surface::from_document(&document);
-    let mut is_kept = vec![false; document.face_count()];
-    let of_face = written.face_of.iter().zip(0..);
-    of_face.for_each(|(face, triangle)| is_kept[*face as usize] |= !body.gone.contains(triangle));
-    document.write_faces(&is_kept, out)
+    ModelShape::of(body).write(cap_material, out)
 }
 
-/// Writes the document with all of its faces.
-fn write_whole(body: &Body, cap_material: &str, out: &mut impl Write) -> io::Result<()> {
-    let other = |error: WriteError| io::Error::other(error.to_string());
-    let (model, skin) = (&body.model, &body.skin);
-    let document = &model.document;
-    if let Some(mesh) = body.cut.as_ref().filter(|mesh| mesh.depth() > 0) {
-        return mesh.write(document, &skin.x, cap_material, out).map_err(other);
+/// What a deformed model is written from.
+#[derive(Clone, Copy)]
+pub struct ModelShape<'a> {
+    /// The file of the model.
+    pub document: &'a ObjDocument,
+    /// Where the model is placed in the scene.
+    pub placement: Placement,
+    /// m, vertices at rest (n x 3)
+    pub original: &'a [Vec3],
+    /// m, vertices now (n x 3)
+    pub present: &'a [Vec3],
+    /// Triangles that are gone, which are not written.
+    pub gone: &'a GoneTriangles,
+    /// The mesh, if a blade has cut it.
+    pub cut: Option<&'a CutMesh>,
+}
+
+/// A written model.
+pub(crate) struct WrittenModel {
+    /// Text of the file.
+    pub bytes: Vec<u8>,
+    /// Row of each vertex of the body in the file, from 0; [`NO_ROW`] for a vertex that the file does not have.
+    pub row_of: Vec<u32>,
+}
+
+impl<'a> ModelShape<'a> {
+    /// The shape of a body as it is now.
+    pub fn of(body: &'a Body) -> Self {
+        let model = &body.model;
+        Self {
+            document: &model.document,
+            placement: model.placement,
+            original: &model.surface.points,
+            present: &body.skin.x,
+            gone: &body.gone,
+            cut: body.cut.as_deref().filter(|mesh| mesh.depth() > 0),
+        }
     }
-    let points = model.placement.bring_back(document.positions(), &model.surface.points, &skin.x);
-    document.write_deformed(&points, out).map_err(other)
+
+    /// Writes the OBJ document to a file. See [`ModelShape::write`].
+    ///
+    /// # Errors
+    /// Fails for a vertex that cannot be written and with the error of the file system, each with the path.
+    pub fn write_file(&self, cap_material: &str, path: &Path) -> io::Result<()> {
+        let mut file = AtomicFile::create(path)?;
+        self.write(cap_material, &mut file).map_err(|error| error_at(path, error))?;
+        file.finish()
+    }
+
+    /// Writes the OBJ document. Lines of vertices that have not moved, and all other lines, stay byte for byte; normals rotate with the faces
+    /// around them. Faces of a sheet all of whose triangles are gone are left out, of a face that a cut has divided the pieces that are gone, and with
+    /// them vertices that no other face uses. Faces that a cut has made inside of the body get the OBJ material `cap_material`.
+    ///
+    /// # Errors
+    /// Fails for a vertex that cannot be written and with the errors of `out`.
+    pub fn write(&self, cap_material: &str, out: &mut impl Write) -> io::Result<()> {
+        if self.gone.is_empty() {
+            return self.write_whole(cap_material, out);
+        }
+        let (document, is_kept) = self.without_gone(cap_material)?;
+        document.write_faces(&is_kept, out)
+    }
+
+    /// Writes the OBJ document as [`ModelShape::write`], and tells where the vertices are in it.
+    ///
+    /// # Errors
+    /// Fails for a vertex that cannot be written.
+    pub(crate) fn written(&self, cap_material: &str) -> io::Result<WrittenModel> {
+        let mut row_of = match self.cut {
+            Some(mesh) => mesh.vertex_rows(),
+            None => (0..self.present.len() as u32).collect(),
+        };
+        let mut bytes = Vec::new();
+        if self.gone.is_empty() {
+            self.write_whole(cap_material, &mut bytes)?;
+        } else {
+            let (document, is_kept) = self.without_gone(cap_material)?;
+            document.write_faces(&is_kept, &mut bytes)?;
+            let kept = document.kept_vertices(&is_kept);
+            row_of.iter_mut().for_each(|row| *row = kept.get(*row as usize).copied().unwrap_or(NO_ROW));
+        }
+        Ok(WrittenModel { bytes, row_of })
+    }
+
+    /// The written document with faces that are gone or without them, and which of its faces are to be kept.
+    fn without_gone(&self, cap_material: &str) -> io::Result<(ObjDocument, Vec<bool>)> {
+        let mut bytes = Vec::new();
+        self.write_whole(cap_material, &mut bytes)?;
+        let document = ObjDocument::parse(bytes, Path::new("model.obj")).map_err(io::Error::other)?;
+        // After a cut the mesh has left them out itself.
+        let mut is_kept = vec![self.cut.is_some(); document.face_count()];
+        if self.cut.is_none() {
+            let of_face = Surface::from_document(self.document).face_of.into_iter().zip(0..);
+            of_face.for_each(|(face, triangle)| is_kept[face as usize] |= !self.gone.contains(triangle));
+        }
+        Ok((document, is_kept))
+    }
+
+    /// Writes the document with all rows, and with all faces except those that a cut mesh leaves out because they are gone.
+    fn write_whole(&self, cap_material: &str, out: &mut impl Write) -> io::Result<()> {
+        let other = |error: WriteError| io::Error::other(error.to_string());
+        let Self { document, placement, original, present, gone, cut } = *self;
+        if let Some(mesh) = cut {
+            return mesh.write_without(|t| gone.contains(t), document, present, cap_material, out).map_err(other);
+        }
+        let points = placement.bring_back(document.positions(), original, present);
+        document.write_deformed(&points, out).map_err(other)
+    }
 }

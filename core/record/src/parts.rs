@@ -1,7 +1,8 @@
 //! The parts of a deformed model, each as a file of its own.
 
-use crate::model::write_model_to;
+use crate::model::{ModelShape, NO_ROW, WrittenModel};
 use pliant_engine::body::Body;
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{ObjDocument, Surface};
 use std::io;
 use std::path::Path;
@@ -18,14 +19,21 @@ impl ModelParts {
     /// The parts of a body as it is now. Faces that a cut has made get the material `cap_material`; `name` is the file of the whole.
     ///
     /// # Errors
-    /// Those of [`write_model_to`].
+    /// Those of [`ModelShape::write`].
     pub(crate) fn of(body: &Body, cap_material: &str, name: &Path) -> io::Result<Self> {
-        let mut bytes = Vec::new();
-        write_model_to(body, cap_material, &mut bytes)?;
+        let WrittenModel { bytes, row_of } = ModelShape::of(body).written(cap_material)?;
         let document = ObjDocument::parse(bytes, name).map_err(io::Error::other)?;
-        let surface = Surface::from_document(&document);
+        let mut surface = Surface::from_document(&document);
+        // Vertices that the file does not have follow its rows: a stitch may hold two faces together by such a vertex.
+        let rows = surface.points.len();
+        surface.points.resize(rows + row_of.len(), Vec3::zeros());
+        let row = |vertex: u32| match row_of[vertex as usize] {
+            NO_ROW => rows as u32 + vertex,
+            row => row,
+        };
+        let joined: Vec<_> = body.joined_vertices().into_iter().map(|pair| pair.map(row)).collect();
         let mut part_of = vec![0; document.face_count()];
-        let shells = surface.joined_shells(&body.joined_vertices());
+        let shells = surface.joined_shells(&joined, |_| false);
         surface.face_of.iter().zip(shells).for_each(|(face, part)| part_of[*face as usize] = part);
         Ok(Self { document, part_of })
     }

@@ -126,6 +126,14 @@ impl Autosave {
         before
     }
 
+    /// What went wrong in a write that has ended since the last call; `Ok` also while one is under way.
+    ///
+    /// # Errors
+    /// A sentence on what the file system says.
+    pub(super) fn poll(&mut self) -> Result<(), String> {
+        if self.writing.as_ref().is_some_and(JoinHandle::is_finished) { self.wait() } else { Ok(()) }
+    }
+
     /// Waits until what is being written is there; gives what went wrong.
     fn wait(&mut self) -> Result<(), String> {
         let gone = |_| Err("autosave: its thread ended by an error in the program".to_owned());

@@ -2,10 +2,11 @@
 //!
 //! A model of a million triangles takes seconds to write, its positions milliseconds to copy. The text of the file is copied once.
 
+use pliant_engine::body::GoneTriangles;
 use pliant_engine::session::Session;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{ObjDocument, Placement};
-use pliant_record::AtomicFile;
+use pliant_record::ModelShape;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
@@ -18,6 +19,8 @@ pub(super) struct ShapeCopy {
     original: Vec<Vec3>,
     /// m, vertices now (n x 3)
     present: Vec<Vec3>,
+    /// Triangles that have torn.
+    gone: GoneTriangles,
 }
 
 impl ShapeCopy {
@@ -30,7 +33,8 @@ impl ShapeCopy {
         }
         let (model, present) = (&body.model, body.skin.x.clone());
         let document = known.map_or_else(|| Arc::new(model.document.clone()), Arc::clone);
-        Some(Self { document, placement: model.placement, original: model.surface.points.clone(), present })
+        let (original, gone) = (model.surface.points.clone(), body.gone.clone());
+        Some(Self { document, placement: model.placement, original, present, gone })
     }
 
     /// The document, for the next copy.
@@ -43,10 +47,9 @@ impl ShapeCopy {
     /// # Errors
     /// What the file system says, and a vertex that cannot be written.
     pub fn write(&self, path: &Path) -> io::Result<()> {
-        let Self { document, placement, original, present } = self;
-        let points = placement.bring_back(document.positions(), original, present);
-        let mut file = AtomicFile::create(path)?;
-        document.write_deformed(&points, &mut file).map_err(|error| io::Error::other(error.to_string()))?;
-        file.finish()
+        let Self { document, placement, original, present, gone } = self;
+        let shape = ModelShape { document, placement: *placement, original, present, gone, cut: None };
+        // Without a cut no face has its material.
+        shape.write_file("", path)
     }
 }

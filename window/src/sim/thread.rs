@@ -136,6 +136,9 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
         if changed {
             autosave.need(now);
         }
+        if let Err(text) = autosave.poll() {
+            notifier.send(Notice::Message(text));
+        }
         if autosave.is_due(now) {
             session.update_surface();
             if let Err(text) = autosave.save(&session, &cap_material) {

@@ -59,7 +59,7 @@ pub use tint::{PINNED_TINT, tint_of};
 
 use cutting::CutMargins;
 
-use pliant_cut::CutMesh;
+pub use pliant_cut::CutMesh;
 use pliant_solver::{Pool, System, Vec3};
 use std::sync::Arc;
 

@@ -1,6 +1,7 @@
 //! Number of connected parts of a body.
 
 use super::{Quantity, Reading};
+use pliant_mesh::NO_SHELL;
 
 /// Number of connected parts of a body, where a stitched seam connects; 1 for a body that is not simulated.
 pub(super) static PARTS: Quantity = Quantity {
@@ -13,5 +14,6 @@ pub(super) static PARTS: Quantity = Quantity {
 };
 
 fn read(reading: &Reading<'_>) -> f64 {
-    reading.body().map_or(1.0, |body| body.parts().into_iter().max().map_or(0.0, |last| f64::from(last) + 1.0))
+    let count = |parts: Vec<u32>| parts.into_iter().filter(|part| *part != NO_SHELL).max().map_or(0, |last| last + 1);
+    reading.body().map_or(1.0, |body| f64::from(count(body.parts())))
 }

@@ -24,6 +24,12 @@ impl KeptRows {
 }
 
 impl ObjDocument {
+    /// Row of each vertex (n) in the file that [`ObjDocument::write_faces`] writes; `u32::MAX` for a vertex that no kept face uses.
+    pub fn kept_vertices(&self, is_kept: &[bool]) -> Vec<u32> {
+        let kept = (0..self.face_count()).filter(|face| is_kept[*face]).flat_map(|face| self.corners(face));
+        KeptRows::new(self.positions().len(), kept.map(|corner| corner.v)).0
+    }
+
     /// Writes the faces for which `is_kept` (f) holds, with the `v`, `vt` and `vn` lines that they use. These, comments and material libraries keep
     /// their bytes and their order, faces their corners. Groups, objects, materials and smoothing stand before the first kept face they apply
     /// to. Elements that are no faces (`l`, `p`, curves) are left out.
