@@ -145,11 +145,11 @@ extern PLIANT_EXPORT const pliant_library pliant_entry;
 #define PLIANT_IS_COUPLED 16u /* hinges and triangles: coupled bending; requires the extension pliant_coupled */
 #define PLIANT_WANTS_NORMALS 32u /* triangles and hinges: an energy of vertex normals; requires the extension pliant_normals */
 #define PLIANT_HAS_SINGLE 64u /* with HAS_FORCES: stiffness in single precision; requires the extension pliant_single */
-#define PLIANT_CAN_FAIL 256u /* with HAS_HISTORY: elements may be gone; requires the extension pliant_failure. A host that does not know
-                                the flag goes on with all elements. */
 #define PLIANT_INNER_TETRAHEDRON 128u /* tetrahedra: of the five of a cell only the inner one, which stands for the whole cell: its
                                          measure is three times the share of the cell that belongs to the body. A host that does
                                          not know the flag gives all five. */
+#define PLIANT_CAN_FAIL 256u /* with HAS_HISTORY: elements may be gone; requires the extension pliant_failure with `failed` not NULL, without
+                                which the host refuses the material. A host that does not know the flag goes on with all elements. */
 
 typedef struct pliant_element_request {  /* a kind of element the material works on */
   size_t size;
@@ -284,9 +284,10 @@ typedef struct pliant_single {
 #define PLIANT_FAILURE "pliant.failure/1"
 typedef struct pliant_failure {
   size_t size;
-  /* failed[e] = 1 for each element e of [begin, end) that is gone, else 0, from `history`, `rest_data`, `measure` and `fields` alone: the
-   * host asks after each `advance`, and where it has put histories back, as for an undo. None is gone while its history is zero.
-   * [sim & active] */
+  /* Not NULL. failed[e] = 1 for each element e of [begin, end) that is gone, else 0, from `history`, `rest_data`, `measure` and `fields`
+   * alone; `failed` has `count` bytes, as the batch has elements, and no byte outside of [begin, end) may be written. The host asks after each
+   * `advance`, where `rest` has been called again, and where it has put histories back, as for an undo. After an error it goes on with what was
+   * said before. None is gone while its history is zero. [sim & active] */
   pliant_status (*failed)(const pliant_plugin *, const pliant_batch *, uint8_t *failed);
 } pliant_failure;
 
