@@ -6,11 +6,13 @@ use eframe::egui;
 use image::RgbaImage;
 use image::imageops::FilterType;
 use nalgebra::Vector3;
+use pliant_record::AtomicFile;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 /// Where the image stands, always on the far side of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -125,24 +127,60 @@ impl ReferenceImage {
 }
 
 /// Reading of an image on a thread of its own: a large one takes longer than a frame.
-pub struct ReferenceLoad(Receiver<Result<ReferenceImage, String>>);
+pub struct ReferenceLoad {
+    receiver: Receiver<Result<ReferenceImage, String>>,
+    /// Of the image, for errors.
+    path: PathBuf,
+}
+
+/// Asks for a frame when it goes, also where the thread that has it panics.
+struct FrameAtEnd(egui::Context);
+
+impl Drop for FrameAtEnd {
+    fn drop(&mut self) {
+        self.0.request_repaint();
+    }
+}
 
 impl ReferenceLoad {
     /// Begins to read. A frame is asked for when it is done.
     pub fn start(settings: ReferenceSettings, context: egui::Context) -> Self {
+        let path = settings.path.clone();
+        Self::of_work(path, context, move || ReferenceImage::read(settings))
+    }
+
+    fn of_work(
+        path: PathBuf,
+        context: egui::Context,
+        work: impl FnOnce() -> Result<ReferenceImage, String> + Send + 'static,
+    ) -> Self {
         let (sender, receiver) = channel();
+        let end = FrameAtEnd(context);
         let read = move || {
+            // The sender goes before the frame is asked for.
+            let (_end, sender) = (end, sender);
             // A window that has gone needs none.
-            let _ = sender.send(ReferenceImage::read(settings));
-            context.request_repaint();
+            let _ = sender.send(work());
         };
-        let _ = std::thread::Builder::new().name("reference".into()).spawn(read);
-        Self(receiver)
+        if let Err(error) = std::thread::Builder::new().name("reference".into()).spawn(read) {
+            let (sender, receiver) = channel();
+            // The receiver is here.
+            let _ = sender.send(Err(format!("reference image {}: no thread to read it: {error}", path.display())));
+            return Self { receiver, path };
+        }
+        Self { receiver, path }
     }
 
     /// The image, or a sentence why it cannot be read, once it is known.
     pub fn take(&self) -> Option<Result<ReferenceImage, String>> {
-        self.0.try_recv().ok()
+        match self.receiver.try_recv() {
+            Ok(read) => Some(read),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => {
+                let path = self.path.display();
+                Some(Err(format!("reference image {path}: reading it ended by an error in the program")))
+            }
+        }
     }
 }
 
@@ -156,28 +194,38 @@ pub fn is_image(path: &Path) -> bool {
 const FILE: &str = "references.json";
 
 /// The images that were last shown with models, by the absolute path of the model.
-fn read_all(folder: &Path) -> BTreeMap<PathBuf, ReferenceSettings> {
-    let bytes = std::fs::read(folder.join(FILE)).unwrap_or_default();
-    serde_json::from_slice(&bytes).unwrap_or_default()
+fn read_all(folder: &Path) -> io::Result<BTreeMap<PathBuf, ReferenceSettings>> {
+    let path = folder.join(FILE);
+    let wrong = |error: &dyn std::fmt::Display| io::Error::other(format!("{}: {error}", path.display()));
+    match std::fs::read(&path) {
+        Ok(bytes) => serde_json::from_slice(&bytes)
+            .map_err(|error| wrong(&format!("{error}; mend the file, or remove it to begin anew"))),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(BTreeMap::new()),
+        Err(error) => Err(wrong(&error)),
+    }
 }
 
-/// The image that was last shown with a model.
-pub fn remembered(folder: &Path, model: &Path) -> Option<ReferenceSettings> {
-    read_all(folder).remove(&std::path::absolute(model).ok()?)
+/// The image that was last shown with a model; `None` where there was none.
+///
+/// # Errors
+/// A file that cannot be read or is damaged, with its path, line and column.
+pub fn remembered(folder: &Path, model: &Path) -> io::Result<Option<ReferenceSettings>> {
+    Ok(read_all(folder)?.remove(&std::path::absolute(model)?))
 }
 
 /// Remembers the image of a model for the next time, or that it has none.
 ///
 /// # Errors
-/// That of the file system.
-pub fn remember(folder: &Path, model: &Path, settings: Option<&ReferenceSettings>) -> std::io::Result<()> {
-    let (mut all, model) = (read_all(folder), std::path::absolute(model)?);
+/// That of the file system, with the path. A damaged file is left as it is.
+pub fn remember(folder: &Path, model: &Path, settings: Option<&ReferenceSettings>) -> io::Result<()> {
+    let (mut all, model) = (read_all(folder)?, std::path::absolute(model)?);
     match settings {
         Some(settings) => _ = all.insert(model, settings.clone()),
         None => _ = all.remove(&model),
     }
-    std::fs::create_dir_all(folder)?;
-    std::fs::write(folder.join(FILE), serde_json::to_vec_pretty(&all)?)
+    let mut file = AtomicFile::create(&folder.join(FILE))?;
+    file.write_all(&serde_json::to_vec_pretty(&all)?)?;
+    file.finish()
 }
 
 #[cfg(test)]
@@ -256,9 +304,31 @@ mod tests {
         let of = |name| ReferenceSettings { height: 12.5, ..ReferenceSettings::new(Path::new(name), 0.1) };
         remember(&states, Path::new("a.obj"), Some(&of("a.png"))).unwrap();
         remember(&states, Path::new("b.obj"), Some(&of("b.png"))).unwrap();
-        assert_eq!(remembered(&states, Path::new("a.obj")), Some(of("a.png")));
+        assert_eq!(remembered(&states, Path::new("a.obj")).unwrap(), Some(of("a.png")));
         remember(&states, Path::new("a.obj"), None).unwrap();
-        assert_eq!(remembered(&states, Path::new("a.obj")), None);
-        assert_eq!(remembered(&states, Path::new("b.obj")), Some(of("b.png")));
+        assert_eq!(remembered(&states, Path::new("a.obj")).unwrap(), None);
+        assert_eq!(remembered(&states, Path::new("b.obj")).unwrap(), Some(of("b.png")));
+    }
+
+    #[test]
+    fn a_damaged_file_is_named_and_left_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(FILE);
+        std::fs::write(&file, "{\n\"a").unwrap();
+        let settings = ReferenceSettings::new(Path::new("a.png"), 0.1);
+        let read = remembered(folder.path(), Path::new("a.obj")).map(|_| ());
+        for said in [read, remember(folder.path(), Path::new("a.obj"), Some(&settings))] {
+            let said = said.expect_err("it is damaged").to_string();
+            assert!(said.contains(FILE) && said.contains("line 2") && said.contains("remove it"), "{said}");
+        }
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "{\n\"a");
+    }
+
+    #[test]
+    fn a_thread_that_panics_is_an_error() {
+        let load = ReferenceLoad::of_work("a.png".into(), egui::Context::default(), || panic!("of the test"));
+        let read = std::iter::repeat_with(|| load.take()).inspect(|_| std::thread::yield_now()).flatten().next();
+        let said = read.expect("it never ends").expect_err("it panicked");
+        assert!(said.contains("a.png") && said.contains("error in the program"), "{said}");
     }
 }

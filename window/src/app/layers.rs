@@ -5,6 +5,7 @@ use crate::sim::Command;
 use crate::strings;
 use eframe::egui::{self, Key, Slider};
 use pliant_engine::session::{SculptLayerState, SessionCommand};
+use std::sync::Arc;
 
 /// What the panel remembers between frames.
 #[derive(Debug, Default)]
@@ -15,6 +16,18 @@ pub(super) struct LayerPanel {
     shown: Vec<(u32, f64)>,
     /// A layer that is being renamed, and its name so far.
     renamed: Option<(u32, String)>,
+    /// Names of the layers in the last frame: where they change, by undo too, so do the numbers of layers.
+    names: Vec<Arc<str>>,
+}
+
+impl LayerPanel {
+    /// Forgets what it knows by the number of a layer if there are other layers than in the last frame.
+    fn follow(&mut self, layers: &[SculptLayerState]) {
+        if !layers.iter().map(|layer| &layer.name).eq(&self.names) {
+            let names = layers.iter().map(|layer| Arc::clone(&layer.name)).collect();
+            *self = Self { names, ..Self::default() };
+        }
+    }
 }
 
 impl App {
@@ -25,6 +38,7 @@ impl App {
         }
         ui.heading(strings::LAYERS);
         let layers = self.status.layers.clone();
+        self.layers.follow(&layers);
         if ui.button(strings::NEW_LAYER).on_hover_text(strings::NEW_LAYER_HINT).clicked() {
             let name = strings::layer_name(layers.len() + 1);
             self.change_layers(SessionCommand::AddLayer { name });
@@ -130,5 +144,29 @@ impl App {
         }
         self.log.event("layers", &[("command", format!("{command:?}"))]);
         self.send(Command::ChangeLayers(command));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An undo gives the numbers of layers to others.
+    #[test]
+    fn what_is_known_by_number_goes_with_the_list() {
+        let state = |name: &str| SculptLayerState {
+            name: name.into(),
+            strength: 1.0,
+            records: false,
+            is_fixed: false,
+            vertices: 0,
+        };
+        let mut panel = LayerPanel::default();
+        panel.follow(&[state("a"), state("b")]);
+        (panel.shown, panel.renamed) = (vec![(1, 0.4)], Some((1, "c".into())));
+        panel.follow(&[state("a"), SculptLayerState { strength: 0.0, ..state("b") }]);
+        assert_eq!((panel.shown.len(), panel.renamed.is_some()), (1, true), "the same layers");
+        panel.follow(&[state("a")]);
+        assert_eq!((panel.shown.len(), panel.renamed), (0, None));
     }
 }

@@ -21,6 +21,8 @@ pub(super) struct Reference {
     upload: Option<Arc<RgbaImage>>,
     /// Settings that were written last.
     written: Option<ReferenceSettings>,
+    /// Whether the user has removed it. One that cannot be read, as on a drive that is not there, stays remembered.
+    is_removed: bool,
 }
 
 impl Reference {
@@ -49,7 +51,12 @@ impl App {
 
     /// Shows again what was last shown with the model that has been opened.
     pub(super) fn open_remembered_reference(&mut self) {
-        let settings = self.reference_folder().and_then(|folder| remembered(&folder, &self.request.path));
+        let read = self.reference_folder().map(|folder| remembered(&folder, &self.request.path));
+        let settings = read.transpose().unwrap_or_else(|error| {
+            self.tell(format!("the reference image is not known: {error}"));
+            None
+        });
+        let settings = settings.flatten();
         let is_open = |image: &ReferenceImage| Some(&image.settings) == settings.as_ref();
         if self.reference.image.as_ref().is_some_and(is_open) {
             return;
@@ -71,6 +78,7 @@ impl App {
                     self.log.event("reference", &[("path", image.settings.path.display().to_string())]);
                     self.reference.upload = Some(Arc::clone(&image.pixels));
                     self.reference.image = Some(image);
+                    self.reference.is_removed = false;
                 }
                 Err(text) => self.fail(text),
             }
@@ -78,6 +86,7 @@ impl App {
         let settings = self.reference.image.as_ref().map(|image| &image.settings);
         // Not in the middle of a drag.
         if settings == self.reference.written.as_ref()
+            || (settings.is_none() && !self.reference.is_removed)
             || self.reference.loading.is_some()
             || self.model.is_none()
             || context.input(|input| input.pointer.any_down())
@@ -88,7 +97,7 @@ impl App {
         if let Some(folder) = self.reference_folder()
             && let Err(error) = remember(&folder, &self.request.path, written.as_ref())
         {
-            self.tell(format!("the reference image is not remembered: {}: {error}", folder.display()));
+            self.tell(format!("the reference image is not remembered: {error}"));
         }
         self.reference.written = written;
     }
@@ -144,7 +153,7 @@ impl App {
             });
         }
         if is_removed {
-            self.reference.image = None;
+            (self.reference.image, self.reference.is_removed) = (None, true);
         }
     }
 }
