@@ -287,3 +287,86 @@ fn what_is_not_allowed_is_refused_with_a_reason() {
     refused(&mut session, command, "layer `one` at strength 1.00: body `block`: ");
     assert!(told(&session, EventKind::LayerRefused).contains("cells near ["));
 }
+
+#[test]
+fn every_refusal_is_told() {
+    let [mut session, ..] = bodies();
+    for layer in 0..20 {
+        assert!(!session.apply(SessionCommand::MergeLayer { layer }));
+        assert!(told(&session, EventKind::LayerRefused).contains(&format!("layer {layer}: there is none")));
+    }
+}
+
+/// What is refused or changes nothing ends no stroke, adds nothing to the history and leaves what can be redone.
+#[test]
+fn what_changes_nothing_does_nothing() {
+    let commands = [
+        SessionCommand::SetLayerStrength { layer: 0, strength: 1.0 },
+        SessionCommand::RecordLayer { layer: Some(0) },
+        SessionCommand::RenameLayer { layer: 0, name: "one".into() },
+        SessionCommand::SetLayerStrength { layer: 0, strength: 2.0 },
+        SessionCommand::DeleteLayer { layer: 7 },
+    ];
+    let [mut disturbed, ..] = bodies();
+    let [mut left, ..] = bodies();
+    for (session, commands) in [(&mut disturbed, &commands[..]), (&mut left, &[])] {
+        session.step_with(&[[Pose::default()]]);
+        add(session, "one");
+        press(session, [0.0, 0.0], 0.002, PRESS);
+        assert!(session.undo());
+        for command in commands {
+            assert!(!session.apply(command.clone()), "{command:?}");
+        }
+        assert_eq!(session.history(), (1, 1));
+        for step in 0..30 {
+            session.step_with(&[[pose([0.004, 0.0, HALF + 0.006 - 3e-4 * f64::from(step)], PRESS)]]);
+            commands.iter().for_each(|command| assert!(!session.apply(command.clone()), "{command:?}"));
+        }
+        session.step_with(&[[pose([0.004, 0.0, HALF + 0.006], 0)]]);
+        (0..100).for_each(|_| session.step_with(&[[Pose::default()]]));
+    }
+    assert!(shape(&disturbed) == shape(&left));
+}
+
+#[test]
+fn a_snapshot_amid_a_cut_has_its_layers_fixed() {
+    for mut session in bodies() {
+        session.step_with(&[[Pose::default()]]);
+        add(&mut session, "before");
+        press(&mut session, [0.006, -0.002], 0.002, PRESS);
+        for step in 0..30 {
+            session.step_with(&[[pose([-0.03 + 1e-3 * f64::from(step), 0.0012, 0.0], CUT)]]);
+        }
+        assert!(session.cuts().advances > 0);
+        let snapshot = session.snapshot();
+        session.restore(&snapshot).expect("a snapshot of the session");
+        assert_eq!(stack(&session), [("before".into(), 1.0, false, true)]);
+        assert!(!blend(&mut session, 0, 0.5));
+        // The next cut has another stamp.
+        add(&mut session, "after");
+        for step in 0..60 {
+            session.step_with(&[[pose([-0.03 + 1e-3 * f64::from(step), -0.0088, 0.0], CUT)]]);
+        }
+        session.step_with(&[[pose([0.03, -0.0088, 0.0], 0)]]);
+        assert_eq!(stack(&session)[1], ("after".into(), 1.0, false, true));
+    }
+}
+
+/// A layer that has something of one of two bodies leaves the other as it is.
+#[test]
+fn a_layer_moves_only_the_bodies_that_are_in_it() {
+    let shape = "shape = { kind = \"box\", cells = 12, size = [0.04, 0.04, 0.04] }\nmaterial = { plugin = \"neo-hookean\" }\n\
+        grid = { level = 4, radius = \"8 mm\" }\n[[body.fixed]]\nbox = [[-1, -1, -1], [1, 1, -0.0199]]\n";
+    let mut session = open(&scene(&format!("{shape}[[body]]\nname = \"other\"\nposition = [0.2, 0, 0]\n{shape}")), 1);
+    session.step_with(&[[Pose::default()]]);
+    let rest = |session: &Session, body: usize| session.bodies[body].skin.settled.to_vec();
+    let (before, other) = (rest(&session, 0), rest(&session, 1));
+    add(&mut session, "one");
+    press(&mut session, [0.0, 0.0], 0.003, PRESS);
+    let pressed = rest(&session, 0);
+    assert!(distance(&pressed, &before) > 1e-4);
+    assert!(blend(&mut session, 0, 0.0), "{}", told(&session, EventKind::LayerRefused));
+    assert!(rest(&session, 0) == before && rest(&session, 1) == other);
+    assert!(blend(&mut session, 0, 1.0), "{}", told(&session, EventKind::LayerRefused));
+    assert!(rest(&session, 0) == pressed && rest(&session, 1) == other);
+}

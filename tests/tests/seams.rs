@@ -1,6 +1,6 @@
 //! Seams that a scene closes from its start, and what counts as one part.
 
-use pliant_engine::session::Session;
+use pliant_engine::session::{Session, SessionCommand};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::Random;
 use pliant_tests::{Bench, NOW, open_file};
@@ -194,4 +194,17 @@ fn the_program_counts_sewn_panels_as_one_part() {
     let solid = pliant_tests::box_scene("", seam, "");
     bench.write("scene.toml", solid);
     bench.pliant(&["run", "scene.toml", "--out", "out"]).expect(2).says(&["a solid; allowed is a body with `sheet`"]);
+}
+
+/// A layer does not hold the surface that a seam makes, so it is fixed as by a stitch.
+#[test]
+fn a_seam_that_closes_fixes_sculpt_layers() {
+    let bench = Bench::new();
+    let seam = "[[body.stitch]]\ngroups = [\"left\", \"right\"]";
+    let mut session = open_file(&scene(&bench, &panels([4; 2], 3, 0.0), "", seam), 1, None);
+    assert!(session.apply(SessionCommand::AddLayer { name: "early".into() }));
+    run(&mut session, 0.01);
+    assert_eq!(parts(&session), 1);
+    let layers: Vec<_> = session.sculpt_layers().iter().map(|layer| (layer.is_fixed, layer.records)).collect();
+    assert_eq!(layers, [(true, false)]);
 }

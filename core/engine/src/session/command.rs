@@ -23,14 +23,14 @@ pub enum SessionCommand {
     },
     /// Adds a sculpt layer above the others. What is done from now on is recorded in it.
     AddLayer {
-        /// Its name.
+        /// Name for people; two layers may have the same.
         name: String,
     },
     /// Gives a sculpt layer another name.
     RenameLayer {
         /// Number of the layer, from 0 for the lowest.
         layer: u32,
-        /// Its new name.
+        /// Name from now on, for people; two layers may have the same.
         name: String,
     },
     /// Records what is done from now on in a sculpt layer, which gets its full strength, or below all layers.
@@ -40,7 +40,7 @@ pub enum SessionCommand {
     },
     /// Blends what is in a sculpt layer, at once. At less than 1 it no longer records.
     SetLayerStrength {
-        /// Number of the layer.
+        /// Number of the layer, from 0 for the lowest.
         layer: u32,
         /// Factor of what is in it, 0 (hidden) to 1.
         strength: f64,

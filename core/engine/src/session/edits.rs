@@ -63,7 +63,7 @@ impl Session {
     }
 
     /// What hangs together has changed: sculpt layers from before are fixed.
-    fn fix_layers(&mut self, time: f64) {
+    pub(super) fn fix_layers(&mut self, time: f64) {
         self.history.topologies += 1;
         if let Some(name) = self.layers.fix(self.history.topologies, &self.bodies) {
             self.events.add(EventKind::LayerFixed, time, || {

@@ -1,4 +1,4 @@
-//! Events of a run, counted by kind; the first ones of each kind have a description.
+//! Events of a run, counted by kind; the first ones of each kind have a description, and every answer to a request.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -70,7 +70,7 @@ pub struct Events {
     told: Vec<(EventKind, Event)>,
 }
 
-/// Number of events of a kind that are described.
+/// Number of events of a kind that are described. A refusal answers a request and is always described.
 const MAX_DESCRIBED: u64 = 8;
 
 impl Events {
@@ -85,7 +85,7 @@ impl Events {
             return;
         }
         let count = self.counts.entry(kind).or_default();
-        if *count < MAX_DESCRIBED {
+        if *count < MAX_DESCRIBED || kind == EventKind::LayerRefused {
             self.told.push((kind, Event { time, text: text() }));
         }
         *count += many;

@@ -241,13 +241,25 @@ impl Session {
         }
     }
 
+    /// All bodies and layers. In the middle of a cut or a stitch the layers are those that its end would leave: fixed.
     pub(super) fn save(&self) -> SavedState {
-        SavedState { bodies: self.bodies.iter().map(crate::body::Body::save).collect(), layers: self.layers.clone() }
+        let mut layers = self.layers.clone();
+        let changes_topology = |edit: usize| self.plan.edits[edit].kind.changes_topology();
+        let is_amid = self
+            .tools
+            .iter()
+            .any(|slot| slot.advances > 0 || slot.tool.changed_body && slot.edit.is_some_and(changes_topology));
+        if is_amid {
+            layers.fix(self.history.topologies + 1, &self.bodies);
+        }
+        SavedState { bodies: self.bodies.iter().map(crate::body::Body::save).collect(), layers }
     }
 
     fn restore_state(&mut self, state: &SavedState) {
         let time = self.time();
         self.layers = state.layers.clone();
+        // One that was saved amid a cut has a stamp that no cut has had yet.
+        self.history.topologies = self.history.topologies.max(self.layers.topology());
         for (index, state) in state.bodies.iter().enumerate() {
             match self.bodies[index].restore(state) {
                 Ok(()) => self.changed(index),

@@ -87,7 +87,7 @@ impl Session {
     /// Joins what is near enough of the seams of all bodies.
     pub(super) fn close_seams(&mut self, time: f64) {
         for index in 0..self.seams.of_body.len() {
-            let body = &mut self.bodies[index];
+            let body = &self.bodies[index];
             let is_idle = self.seams.of_body[index].is_empty() || self.seams.refused.contains(&index);
             let (Discretization::Sheet(sheet), false) = (&body.discretization, is_idle || body.frozen.is_some()) else {
                 continue;
@@ -107,8 +107,12 @@ impl Session {
             if near.is_empty() {
                 continue;
             }
-            match body.join_nodes(&near) {
-                Ok(()) => self.changed(index),
+            self.layers.assign(&self.bodies);
+            match self.bodies[index].join_nodes(&near) {
+                Ok(()) => {
+                    self.changed(index);
+                    self.fix_layers(time);
+                }
                 Err(error) => {
                     self.seams.refused.insert(index);
                     let name = &self.bodies[index].name;

@@ -14,15 +14,20 @@ impl Session {
 
     /// Adds a layer, which records strokes from now on.
     pub(in crate::session) fn add_layer(&mut self, name: &str) -> bool {
-        self.change_layers(None, |session| {
-            session.layers.add(name, &session.bodies);
-            Ok(())
-        })
+        self.change_layers(
+            None,
+            |_| Ok(true),
+            |session| {
+                session.layers.add(name, &session.bodies);
+                Ok(())
+            },
+        )
     }
 
     /// Gives a layer another name.
     pub(in crate::session) fn rename_layer(&mut self, layer: u32, name: &str) -> bool {
-        self.change_layers(None, |session| {
+        let differs = |session: &Self| Ok(*session.layers.layers[session.layer(layer)?].name != *name);
+        self.change_layers(None, differs, |session| {
             let layer = session.layer(layer)?;
             session.layers.layers[layer].name = name.into();
             Ok(())
@@ -31,7 +36,11 @@ impl Session {
 
     /// Strokes are recorded in a layer, which gets its full strength, or in the base.
     pub(in crate::session) fn record_layer(&mut self, layer: Option<u32>) -> bool {
-        self.change_layers(None, |session| {
+        let differs = |session: &Self| {
+            let layer = layer.map(|layer| session.free_layer(layer)).transpose()?;
+            Ok(session.layers.recording != layer)
+        };
+        self.change_layers(None, differs, |session| {
             let Some(layer) = layer else {
                 session.layers.recording = None;
                 return Ok(());
@@ -44,12 +53,15 @@ impl Session {
 
     /// Gives a layer another strength, 0 to 1. At less than 1 it no longer records.
     pub(in crate::session) fn set_layer_strength(&mut self, layer: u32, strength: f64) -> bool {
-        self.change_layers(Some(layer), |session| {
-            let layer = session.free_layer(layer)?;
+        let differs = |session: &Self| {
+            let layer = &session.layers.layers[session.free_layer(layer)?];
             if !(0.0..=1.0).contains(&strength) {
-                let name = &session.layers.layers[layer].name;
-                return Err(format!("layer `{name}`: strength {strength}; allowed is 0 to 1"));
+                return Err(format!("layer `{}`: strength {strength}; allowed is 0 to 1", layer.name));
             }
+            Ok(layer.strength != strength)
+        };
+        self.change_layers(Some(layer), differs, |session| {
+            let layer = session.free_layer(layer)?;
             if strength < 1.0 {
                 session.layers.recording = session.layers.recording.filter(|other| *other != layer);
             }
@@ -59,7 +71,8 @@ impl Session {
 
     /// Makes a layer a part of the base, at its present strength.
     pub(in crate::session) fn merge_layer(&mut self, layer: u32) -> bool {
-        self.change_layers(None, |session| {
+        let exists = |session: &Self| session.layer(layer).map(|_| true);
+        self.change_layers(None, exists, |session| {
             let layer = session.layer(layer)?;
             session.layers.remove(layer, true);
             Ok(())
@@ -68,7 +81,8 @@ impl Session {
 
     /// Deletes a layer with what it does to the shape.
     pub(in crate::session) fn delete_layer(&mut self, layer: u32) -> bool {
-        self.change_layers(None, |session| {
+        let is_free = |session: &Self| session.free_layer(layer).map(|_| true);
+        self.change_layers(None, is_free, |session| {
             let layer = session.free_layer(layer)?;
             session.blend(layer, 0.0)?;
             session.layers.remove(layer, false);
@@ -76,24 +90,38 @@ impl Session {
         })
     }
 
-    /// Ends edits, changes the layers and remembers what was before. Changes of the strength of one layer after another, `strength_of`, are taken back
-    /// together. Returns whether it was done; an event says why it was not.
+    /// Ends edits, changes the layers and remembers what was before, if `differs` says that there is anything to change; a change that it refuses leaves
+    /// edits under way alone. Changes of the strength of one layer after another, `strength_of`, are taken back together. Returns whether anything
+    /// has changed; where it was refused, an event says why.
     fn change_layers(
         &mut self,
         strength_of: Option<u32>,
+        differs: impl FnOnce(&Self) -> Result<bool, Refusal>,
         change: impl FnOnce(&mut Self) -> Result<(), Refusal>,
     ) -> bool {
+        match differs(self) {
+            Ok(true) => {}
+            Ok(false) => return false,
+            Err(why) => {
+                self.refuse_layers(why);
+                return false;
+            }
+        }
         self.end_edits();
         self.layers.assign(&self.bodies);
         let (before, layers) = (self.history.kept.then(|| self.save()), self.layers.clone());
         if let Err(why) = change(self) {
             self.layers = layers;
-            let time = self.time();
-            self.events.add(EventKind::LayerRefused, time, || why);
+            self.refuse_layers(why);
             return false;
         }
         self.remember_layers(before, strength_of);
         true
+    }
+
+    fn refuse_layers(&mut self, why: Refusal) {
+        let time = self.time();
+        self.events.add(EventKind::LayerRefused, time, || why);
     }
 
     /// The index of a layer.
@@ -131,7 +159,8 @@ impl Session {
         let name = std::sync::Arc::clone(&self.layers.layers[layer].name);
         let refused =
             |body: &str, why: String| format!("layer `{name}` at strength {strength:.2}: body `{body}`: {why}");
-        for ((body, shape), change) in self.bodies.iter().zip(&shapes).zip(&changes) {
+        let changing = self.bodies.iter().zip(&shapes).zip(&changes).filter(|(_, change)| !change.is_empty());
+        for ((body, shape), change) in changing {
             let flat = body.flat_parts(shape, change).map_err(|error| refused(&body.name, error.to_string()))?;
             if let Some(flat) = flat {
                 let (parts, count, at) = (flat.parts, flat.count, flat.place.as_slice());

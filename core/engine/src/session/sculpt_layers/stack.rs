@@ -44,6 +44,11 @@ pub(in crate::session) struct SculptLayers {
 }
 
 impl SculptLayers {
+    /// Stamp of what hangs together.
+    pub(in crate::session) fn topology(&self) -> u64 {
+        self.topology
+    }
+
     /// Whether the strength of a layer can no longer change.
     pub(super) fn is_fixed(&self, layer: usize) -> bool {
         self.layers[layer].topology != self.topology
