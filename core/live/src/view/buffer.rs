@@ -8,13 +8,21 @@ use pliant_solver::Vec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use triple_buffer::{Input, Output, triple_buffer};
 
 /// Time between two frames, ns.
 const FRAME_PERIOD: u64 = 1_000_000_000 / 60;
 /// Least time between two frames over the time that making one takes: frames of a large model take a fifth of the simulation's time at most.
 const LEAST_PAUSE: u32 = 5;
+/// Longest time between two frames, ns: one frame of a large change, as an undo of a million triangles, does not hold up those after it.
+const LONGEST_PAUSE: u64 = 500_000_000;
+
+/// Time (ns) from the beginning of a frame to that of the next one, where making it took `cost`.
+fn pause_after(cost: Duration) -> u64 {
+    let pause = (LEAST_PAUSE * cost).as_nanos().min(u128::from(LONGEST_PAUSE)) as u64;
+    pause.max(FRAME_PERIOD)
+}
 
 /// The simulation's end.
 pub struct ViewWriter {
@@ -94,13 +102,13 @@ fn topology(name: &str, origin: Vec3, points: &[Vec3], looks: Vec<Option<Triangl
 }
 
 impl ViewWriter {
-    /// Publishes a frame of the session if one is due at `now` (ns): sixty per second, or as many as take a fifth of the time.
+    /// Publishes a frame of the session if one is due at `now` (ns): sixty per second, or as many as take a fifth of the time, but at least
+    /// one every half second.
     pub fn publish_if_due(&mut self, session: &mut Session, now: u64) {
         if now >= self.next_frame_ns {
             let began = Instant::now();
             self.publish(session);
-            let pause = (LEAST_PAUSE * began.elapsed()).as_nanos() as u64;
-            self.next_frame_ns = now + pause.max(FRAME_PERIOD);
+            self.next_frame_ns = now + pause_after(began.elapsed());
         }
     }
 
@@ -230,5 +238,18 @@ impl ViewReader {
     /// Enables or disables the simulated cells in frames.
     pub fn set_cells_enabled(&self, enabled: bool) {
         self.wants_cells.store(enabled, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pause_after_a_frame_is_in_proportion_up_to_half_a_second() {
+        let pause = |milliseconds| pause_after(Duration::from_millis(milliseconds));
+        assert_eq!([0, 3].map(pause), [FRAME_PERIOD; 2], "sixty per second");
+        assert_eq!([20, 80].map(pause), [100_000_000, 400_000_000], "a fifth of the time");
+        assert_eq!([400, 60_000].map(pause), [LONGEST_PAUSE; 2]);
     }
 }
