@@ -35,6 +35,7 @@ use reference_panel::Reference;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
+use tempfile::TempDir;
 
 /// A renderer that a picture's callback can use.
 pub type SharedRenderer = Arc<Mutex<dyn SurfaceRenderer + Send>>;
@@ -121,8 +122,8 @@ pub struct App {
     opened_young: Option<f64>,
     /// Stiffness that is asked for, over that at the opening.
     stiffness: f64,
-    /// How often the present shape was opened in another material.
-    reopened: u32,
+    /// Folders of shapes that are, or will be, open in another material; each goes with its entry.
+    shapes: Vec<TempDir>,
     /// Pixels of the screen for a point.
     pixels_per_point: f32,
 }
@@ -164,7 +165,7 @@ impl App {
             is_material_changed: false,
             opened_young: None,
             stiffness: 1.0,
-            reopened: 0,
+            shapes: Vec::new(),
             pixels_per_point: 1.0,
         }
     }
@@ -201,6 +202,7 @@ impl App {
         self.model = None;
         // The old session ends before the new one begins: both would ask for the same processors.
         self.simulation = None;
+        self.shapes.retain(|folder| request.shape.as_ref().is_some_and(|shape| shape.starts_with(folder.path())));
         self.status = Status::default();
         self.layers = LayerPanel::default();
         // The shape that is open may not be the one of the file.
@@ -443,6 +445,7 @@ impl eframe::App for App {
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
         self.model = None;
         self.simulation = None;
+        self.shapes.clear();
         // Whoever closes the window has saved, or was asked.
         self.recovered.take().into_iter().for_each(Abandoned::discard);
     }

@@ -250,9 +250,13 @@ impl App {
 
     /// Goes on with the present shape in the material that is chosen.
     pub(super) fn reopen(&mut self) {
+        let folder = match tempfile::Builder::new().prefix("pliant-").tempdir() {
+            Ok(folder) => folder,
+            Err(error) => return self.fail(format!("no folder for the present shape: {error}")),
+        };
         self.is_material_changed = false;
-        let file = std::env::temp_dir().join(format!("pliant-{}-{}.obj", std::process::id(), self.reopened));
-        self.reopened += 1;
+        let file = folder.path().join("shape.obj");
+        self.shapes.push(folder);
         self.after_save = Some(self.request.clone());
         self.send(Command::Save { path: file, for_user: false });
     }

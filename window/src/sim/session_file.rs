@@ -65,9 +65,11 @@ impl SessionFile {
         if scene_path.canonicalize().is_ok_and(|path| self.source.path.canonicalize().is_ok_and(|open| open == path)) {
             return Err(format!("{}: the scene that is open; choose another name", scene_path.display()));
         }
-        writer.save_as(path, &self.source, session, self.is_model).map_err(|error| error.to_string())?;
+        // The mesh of a scene may be a shape that is gone with the window.
+        let with_model = self.is_model || self.mesh.is_some();
+        writer.save_as(path, &self.source, session, with_model).map_err(|error| error.to_string())?;
         let original = original_of(path);
-        let model = if self.is_model { Some(original.as_path()) } else { self.mesh.as_deref() };
+        let model = with_model.then_some(original.as_path());
         let scene = SessionScene { source: &self.source, session, model, recording: path };
         let named = |error: &dyn std::fmt::Display| format!("{}: {error}", scene_path.display());
         let absolute = std::path::absolute(&scene_path).map_err(|error| named(&error))?;

@@ -67,6 +67,8 @@ impl Recording {
         if !is_as_recorded(&model.path, model.digest) && is_as_recorded(original, model.digest) {
             model.path = original.to_path_buf();
             let path = std::path::absolute(original).unwrap_or_else(|_| original.to_path_buf());
+            // A mesh in the place of the scene's own is asked for by its path.
+            self.header.mesh = self.header.mesh.take().map(|_| path.clone());
             self.settings.push(("body.0.mesh".into(), format!("{:?}", path.display().to_string())));
         }
     }
