@@ -246,7 +246,7 @@ fn files(inputs: &RecordingInputs<'_>) -> io::Result<Vec<RecordedFile>> {
         (i > 0 || mesh.is_none() || path.is_file()).then_some(path)
     });
     // Models first: a replay takes the first of these files for the model of the first body.
-    let read = own.chain(mesh.map(Path::to_path_buf));
+    let read = mesh.map(Path::to_path_buf).into_iter().chain(own);
     let read = read.chain(session.field_files.iter().chain(&session.obstacle_files).cloned());
     // Device plugins are not needed: limits and poses of devices are in the recording.
     let plugins = session.loaded.iter().filter(|l| l.kind != "device").map(|l| (PathBuf::from(&l.path), true));
