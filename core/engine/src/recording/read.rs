@@ -65,10 +65,12 @@ impl Recording {
         let is_as_recorded = |path: &Path, digest| Digest::of_file(path).is_ok_and(|now| now == digest);
         let Some(model) = self.header.files.iter_mut().find(|file| !file.plugin) else { return };
         if !is_as_recorded(&model.path, model.digest) && is_as_recorded(original, model.digest) {
-            model.path = original.to_path_buf();
             let path = std::path::absolute(original).unwrap_or_else(|_| original.to_path_buf());
             // A mesh in the place of the scene's own is asked for by its path.
-            self.header.mesh = self.header.mesh.take().map(|_| path.clone());
+            if self.header.mesh.as_ref() == Some(&model.path) {
+                self.header.mesh = Some(path.clone());
+            }
+            model.path = original.to_path_buf();
             self.settings.push(("body.0.mesh".into(), format!("{:?}", path.display().to_string())));
         }
     }
