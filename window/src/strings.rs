@@ -2,7 +2,7 @@
 
 /// Title of the window.
 pub const TITLE: &str = "pliant";
-/// Menus.
+/// The menu of models, sessions and pictures, and below what it holds.
 pub const FILE: &str = "File";
 /// See [`FILE`].
 pub const OPEN: &str = "Open...";
@@ -18,7 +18,7 @@ pub const EXPORT: &str = "Export...";
 pub const QUIT: &str = "Quit";
 /// Writes what is seen as a file.
 pub const PICTURE: &str = "Save a picture";
-/// History.
+/// Takes the last stroke or change of layers back, or makes it again.
 pub const UNDO: &str = "Undo";
 /// See [`UNDO`].
 pub const REDO: &str = "Redo";
@@ -191,9 +191,9 @@ pub const WIREFRAMES: [&str; 3] = ["off", "over", "only"];
 pub const STEREO: &str = "Stereo";
 /// Ways to show the pictures of two eyes.
 pub const STEREOS: [&str; 3] = ["none", "red-cyan", "side by side"];
-/// Opacity of the surface.
+/// How opaque surfaces are drawn, 0 (not at all) to 1.
 pub const OPACITY: &str = "Opacity";
-/// Projection.
+/// Shows the scene without perspective.
 pub const ORTHOGRAPHIC: &str = "Orthographic";
 /// Which axis is up.
 pub const Z_UP: &str = "Z up";
@@ -203,7 +203,7 @@ pub const FILE_COLOURS: &str = "Colours of the file";
 pub const FILE_COLOURS_HINT: &str = "Kd and map_Kd (PNG, JPEG) of the MTL file, with the shadings studio and facets.";
 /// The grid on the ground.
 pub const GROUND: &str = "Ground grid";
-/// Simulated cells.
+/// Draws the cells of the grid that take part in the simulation at the moment.
 pub const CELLS: &str = "Simulated cells";
 /// Looks at all of the model.
 pub const FRAME_ALL: &str = "Look at all";
