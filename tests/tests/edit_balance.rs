@@ -139,14 +139,17 @@ fn balance(mut session: Session, seconds: f64) -> Balance {
         }
         let felt: Vec3 = session.frame().tools.iter().map(|tool| tool.force).sum();
         let mut supports = session.reactions(0).to_vec();
-        if session.bodies[0].discretization.sheet().is_some() {
+        let is_sheet = session.bodies[0].discretization.sheet().is_some();
+        if is_sheet {
             // There they have the forces of tools at the end of the step too.
             let mut springs = vec![Vec3::zeros(); x.len()];
             session.tools.iter().for_each(|slot| slot.tool.springs(0).add_to(&mut springs, &nodes.x, Some(&nodes.v)));
             supports.iter_mut().zip(springs).for_each(|(support, spring)| *support -= spring);
         }
         work += supports.iter().zip(nodes.x.iter().zip(&x)).map(|(f, (to, from))| f.dot(&(to - from))).sum::<f64>();
-        let held: Vec3 = supports.iter().zip(&fixed_by_scene).filter(|(_, fixed)| !**fixed).map(|(f, _)| f).sum();
+        // What holds a node of a solid is a fixing or a pin; tools hold nodes of sheets alone.
+        let by_tool = |fixed: &bool| is_sheet && !*fixed;
+        let held: Vec3 = supports.iter().zip(&fixed_by_scene).filter(|(_, fixed)| by_tool(fixed)).map(|(f, _)| f).sum();
         let supports: Vec3 = supports.iter().sum();
         // A pin stops what it holds.
         let stopped = |i: &usize| was_free[*i] && !nodes.constraint[*i].is_free();
