@@ -38,7 +38,7 @@ fn scene(time: &str, yields: &str) -> String {
 struct Poisoning {
     held: usize,
     poisoned: usize,
-    /// Substeps before.
+    /// Number of substeps before the force that is not finite.
     sound: usize,
 }
 

@@ -75,7 +75,7 @@ impl Material for Tearing {
         id: c"tearing",
         name: c"Tearing membrane",
         version: c"0.1.0",
-        summary: c"sheet that tears: damage with a fracture energy, whatever the mesh",
+        summary: c"sheet that tears: damage whose fracture energy does not depend on the size of triangles",
         params: PARAMS,
     };
 

@@ -36,7 +36,7 @@ pub struct RestDifference {
 pub struct FlatPart {
     /// `cells` of a lattice or `triangles` of a sheet.
     pub parts: &'static str,
-    /// How many.
+    /// Number of these cells or triangles.
     pub count: usize,
     /// Place of the first in the model, m.
     pub place: Vec3,

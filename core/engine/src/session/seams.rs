@@ -1,7 +1,7 @@
 //! Seams of sheets that a scene closes from its start, as of a sewing pattern: pairs of vertices that are near enough become one node, the others
 //! are drawn together first, by equal and opposite springs.
 //!
-//! What is left to join follows from the nodes alone, so an undo that opens a seam has it closed again.
+//! What is left to join follows from the nodes alone, not from what was joined before.
 
 use super::event::EventKind;
 use super::open::Opening;
@@ -22,8 +22,9 @@ pub(super) struct Seams {
     pub of_body: Vec<Vec<Seam>>,
     /// Number of pairs that each body had apart in the last step.
     pub open: Vec<usize>,
-    /// Bodies whose material has refused a join, and those of which it was told that a seam is open: they are tried no more.
+    /// Bodies whose material has refused a join: nothing more is joined in them.
     refused: BTreeSet<usize>,
+    /// Bodies that have an event about a seam that stays open.
     told: BTreeSet<usize>,
     sums: NodeSums,
 }
@@ -94,16 +95,21 @@ impl Session {
             };
             let nodes = &body.system.nodes;
             let most = Body::join_distance(sheet.edge());
-            let (mut near, mut used) = (Vec::new(), BTreeSet::new());
+            let (mut open, mut near, mut used) = (0, Vec::new(), BTreeSet::new());
             for pair in self.seams.of_body[index].iter().flat_map(|seam| &seam.pairs) {
                 let [a, b] = pair.map(|v| sheet.node_of(v));
+                if a == b || !sheet.may_weld([a, b], nodes) {
+                    continue;
+                }
+                open += 1;
                 let is_near = (nodes.x[a as usize] - nodes.x[b as usize]).norm() <= most;
                 // A node that has just become one of two is joined further in the next step.
-                if a != b && is_near && sheet.may_weld([a, b], nodes) && !used.contains(&a) && !used.contains(&b) {
+                if is_near && !used.contains(&a) && !used.contains(&b) {
                     used.extend([a, b]);
                     near.push([a.min(b), a.max(b)]);
                 }
             }
+            self.seams.open[index] = open;
             if near.is_empty() {
                 continue;
             }
@@ -125,12 +131,11 @@ impl Session {
     /// Springs that draw the open pairs of a body together in a step.
     pub(super) fn draw_seams(&mut self, index: usize, time: StepTime, springs: &mut NodeSprings) {
         springs.clear();
-        let Some(seams) = self.seams.of_body.get(index).filter(|seams| !seams.is_empty()) else { return };
-        let body = &self.bodies[index];
-        let Discretization::Sheet(sheet) = &body.discretization else { return };
-        if self.seams.refused.contains(&index) {
+        if self.open_seam_pairs(index) == 0 || self.seams.refused.contains(&index) {
             return;
         }
+        let (seams, body) = (&self.seams.of_body[index], &self.bodies[index]);
+        let Discretization::Sheet(sheet) = &body.discretization else { return };
         let (nodes, explicit) = (&body.system.nodes, usize::from(!self.limits.scheme.is_implicit()));
         let substeps = if explicit == 1 { self.choices.substeps.max(1) as f64 } else { 1.0 };
         let (sums, none) = (&mut self.seams.sums, [0.0; 9]);
