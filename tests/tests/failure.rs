@@ -105,6 +105,18 @@ fn a_strip_takes_its_fracture_energy_whatever_the_mesh() {
     }
 }
 
+/// Triangles of other shapes: the width of the band is that of a square of a triangle's area, which in an irregular mesh holds on average.
+#[test]
+fn a_strip_of_another_pattern_takes_its_fracture_energy_too() {
+    let expected = FRACTURE_ENERGY * THICKNESS * WIDTH;
+    for pattern in [Pattern::Alternating, Pattern::Irregular] {
+        let mut session = strip(pattern, 4);
+        let error = pull_apart(&mut session, 1600).0 / expected - 1.0;
+        let gone = session.bodies[0].system.failed_count();
+        assert!(gone >= 4 && error.abs() < 0.05, "{pattern:?}: {error} of {expected} J, {gone} gone");
+    }
+}
+
 /// The shipped scene of a membrane that tears, after so many steps.
 fn torn(steps: usize, integrator: &str) -> Session {
     let scene = std::fs::read_to_string(root().join("scenes/tear.toml")).expect("a shipped scene");

@@ -253,3 +253,6 @@ impl ElementSet {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
