@@ -10,6 +10,7 @@ use pliant_engine::recording::{Digest, original_of, state_digest};
 use pliant_engine::scene::{Scene, Source};
 use pliant_engine::session::{Session, SessionCommand};
 use pliant_host::POSE_VALID;
+use pliant_mesh::ObjDocument;
 use pliant_solver::Vec3;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -55,6 +56,8 @@ pub struct RecordingWriter<W = AtomicFile> {
     idle: u32,
     /// Digest of the first model's file when the recording began; `None` without one.
     model: Option<u64>,
+    /// Bytes of that file if the scene divides its faces (`subdivide`): the body has another document then.
+    undivided: Option<Vec<u8>>,
 }
 
 impl RecordingWriter {
@@ -101,11 +104,12 @@ impl RecordingWriter<BufWriter<File>> {
         let outputs = original.iter().map(|(path, _)| path.clone()).chain([path.to_path_buf()]);
         refuse_inputs(outputs, source, session)?;
         if let Some((path, document)) = original {
-            if Some(Digest::of(document.bytes())) != self.model {
+            let bytes = self.undivided.as_deref().unwrap_or(document.bytes());
+            if Some(Digest::of(bytes)) != self.model || !begins_with(document, bytes) {
                 return Err(error_at(document.name(), io::Error::other("changed while the session was opened")));
             }
             let mut file = AtomicFile::create(&path)?;
-            file.write_all(document.bytes()).map_err(|e| error_at(&path, e))?;
+            file.write_all(bytes).map_err(|e| error_at(&path, e))?;
             file.finish()?;
         }
         self.put_idle()?;
@@ -140,8 +144,11 @@ impl<W: Write> RecordingWriter<W> {
         digest.bytes(&start);
         let block = serde_json::to_vec(&header)?;
         let model = header.files.iter().find(|file| !file.plugin).map(|file| file.digest);
-        let mut writer =
-            Self { file, block, digest, steps: 0, lapses: 0, last: Vec::new(), next: Vec::new(), idle: 0, model };
+        let is_divided = session.bodies.first().is_some_and(|body| body.model.subdivision.is_some());
+        let first = header.files.iter().find(|file| is_divided && !file.plugin);
+        let undivided = first.map(|file| std::fs::read(&file.path).map_err(|e| error_at(&file.path, e))).transpose()?;
+        let (last, next) = (Vec::new(), Vec::new());
+        let mut writer = Self { file, block, digest, steps: 0, lapses: 0, last, next, idle: 0, model, undivided };
         writer.put_block(HEADER)?;
         for slot in &session.devices {
             put_device(&mut writer.block, &slot.name, &slot.facts);
@@ -257,6 +264,13 @@ fn files(inputs: &RecordingInputs<'_>) -> io::Result<Vec<RecordedFile>> {
         Ok(RecordedFile { path, digest, plugin })
     })
     .collect()
+}
+
+/// Whether a document is that of a file with these bytes, or that with its faces divided, which keeps the vertices of the file.
+fn begins_with(document: &ObjDocument, bytes: &[u8]) -> bool {
+    document.bytes() == bytes
+        || ObjDocument::parse(bytes.to_vec(), document.name())
+            .is_ok_and(|file| document.positions().starts_with(file.positions()))
 }
 
 /// The absolute form of a path; the error names the path.
