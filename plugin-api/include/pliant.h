@@ -148,7 +148,7 @@ extern PLIANT_EXPORT const pliant_library pliant_entry;
 #define PLIANT_INNER_TETRAHEDRON 128u /* tetrahedra: of the five of a cell only the inner one, which stands for the whole cell: its
                                          measure is three times the share of the cell that belongs to the body. A host that does
                                          not know the flag gives all five. */
-#define PLIANT_CAN_FAIL 256u /* with HAS_HISTORY: elements may be gone; requires the extension pliant_failure with `failed` not NULL, without
+#define PLIANT_CAN_FAIL 256u /* with HAS_HISTORY: elements may fail; requires the extension pliant_failure with `failed` not NULL, without
                                 which the host refuses the material. A host that does not know the flag goes on with all elements. */
 
 typedef struct pliant_element_request {  /* a kind of element the material works on */
@@ -278,16 +278,16 @@ typedef struct pliant_single {
                            const pliant_single_blocks *);
 } pliant_single;
 
-/* Optional: failure. Elements of requests with CAN_FAIL, links that open or triangles that tear, are gone when the material says so. The
- * host then calls `energy`, `forces`, `tangent` and `advance` for the others only; masses and the history of what is gone stay. Not
+/* Optional: failure. Elements of requests with CAN_FAIL, links that open or triangles that tear, have failed when the material says so. The
+ * host then calls `energy`, `forces`, `tangent` and `advance` for the others only; masses and the history of what has failed stay. Not
  * together with IS_COUPLED or WANTS_NORMALS. */
 #define PLIANT_FAILURE "pliant.failure/1"
 typedef struct pliant_failure {
   size_t size;
-  /* Not NULL. failed[e] = 1 for each element e of [begin, end) that is gone, else 0, from `history`, `rest_data`, `measure` and `fields`
+  /* Not NULL. failed[e] = 1 for each element e of [begin, end) that has failed, else 0, from `history`, `rest_data`, `measure` and `fields`
    * alone; `failed` has `count` bytes, as the batch has elements, and no byte outside of [begin, end) may be written. The host asks after each
    * `advance`, where `rest` has been called again, and where it has put histories back, as for an undo. After an error it goes on with what was
-   * said before. None is gone while its history is zero. [sim & active] */
+   * said before. None has failed while its history is zero. [sim & active] */
   pliant_status (*failed)(const pliant_plugin *, const pliant_batch *, uint8_t *failed);
 } pliant_failure;
 

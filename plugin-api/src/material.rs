@@ -123,9 +123,9 @@ pub trait Material: Send + Sync + Sized + 'static {
         Ok(())
     }
 
-    /// Whether element `e` of the call is gone, such as a torn triangle or an open link, by history, rest data, measure and fields alone; never
+    /// Whether element `e` of the call has failed, such as a torn triangle or an open link, by history, rest data, measure and fields alone; never
     /// while its history is zero. Called for kinds with [`abi::CAN_FAIL`] after [`Material::advance`], and where the host has put histories back.
-    /// The host then calls the material for the other elements only; masses and the history of what is gone stay.
+    /// The host then calls the material for the other elements only; masses and the history of what has failed stay.
     fn has_failed(&self, _elements: &Elements<'_>, _e: usize) -> bool {
         false
     }

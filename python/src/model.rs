@@ -45,12 +45,12 @@ impl<'a> Found<'a> {
     /// Triangles that are seen, lids over holes and triangles that have torn left out.
     pub fn triangles(&self) -> impl Iterator<Item = u32> + 'a {
         let model = self.model();
-        let gone = match self {
-            Self::Moving(_, body) => Some(&body.gone),
+        let failed = match self {
+            Self::Moving(_, body) => Some(&body.failed_triangles),
             Self::Standing(_) => None,
         };
-        let is_gone = move |triangle| gone.is_some_and(|gone| gone.contains(triangle));
-        (0..model.surface.triangles.len() as u32).filter(move |t| !model.is_lid(*t) && !is_gone(*t))
+        let has_failed = move |triangle| failed.is_some_and(|failed| failed.contains(triangle));
+        (0..model.surface.triangles.len() as u32).filter(move |t| !model.is_lid(*t) && !has_failed(*t))
     }
 }
 

@@ -1,5 +1,5 @@
-//! Elements that are gone because their material says so (`pliant.failure/1`): a strip that tears takes the fracture energy of its cross-section
-//! whatever the mesh; what is gone is out of forces, matrices, pictures and files, and an undo brings it back.
+//! Elements that have failed because their material says so (`pliant.failure/1`): a strip that tears takes the fracture energy of its cross-section
+//! whatever the mesh; what has failed is out of forces, matrices, pictures and files, and an undo brings it back.
 
 use pliant_engine::session::{EventKind, Session};
 use pliant_mesh::generate::Pattern;
@@ -160,7 +160,7 @@ fn what_is_gone_is_neither_drawn_nor_written_and_comes_back_with_its_history() {
             })
             .collect();
         assert!(states[0] == states[1], "{integrator}: the same tear again, to the bit");
-        assert!(session.events.count(EventKind::ElementsGone) > 10, "{integrator}: and events say so");
+        assert!(session.events.count(EventKind::ElementsFailed) > 10, "{integrator}: and events say so");
     }
 }
 
@@ -205,17 +205,16 @@ fn calls_go_around_what_is_gone_and_masses_stay() {
     system.advance(&pool, time).expect("sound");
     let gone = system.failed_count();
     let set = system.sets.iter().find(|set| !set.failed().is_empty()).expect("springs");
-    let is_gone = |e: usize| set.failed()[e] != 0;
+    let has_failed = |e: usize| set.failed()[e] != 0;
     let ends = |e: usize| [0, 1].map(|i| set.nodes()[2 * e + i] as usize);
     assert!(gone > 20 && gone < set.count(), "{gone} of {}", set.count());
-    assert!(
-        (0..set.count())
-            .all(|e| is_gone(e)
-                == ends(e).iter().any(|i| rest[*i].x > 0.041 && rest[ends(e)[0]].x != rest[ends(e)[1]].x))
-    );
-    let connected: Vec<bool> = (0..n).map(|i| (0..set.count()).any(|e| !is_gone(e) && ends(e).contains(&i))).collect();
+    assert!((0..set.count()).all(
+        |e| has_failed(e) == ends(e).iter().any(|i| rest[*i].x > 0.041 && rest[ends(e)[0]].x != rest[ends(e)[1]].x)
+    ));
+    let connected: Vec<bool> =
+        (0..n).map(|i| (0..set.count()).any(|e| !has_failed(e) && ends(e).contains(&i))).collect();
     system.forces(&pool, None, time, &mut force).expect("sound");
-    assert!(system.energy(time).expect("sound") < 0.05 * before, "what is gone has no energy");
+    assert!(system.energy(time).expect("sound") < 0.05 * before, "what has failed has no energy");
     assert!((0..n).all(|i| connected[i] || force[i] == Vec3::zeros()), "nor forces");
     assert!(system.nodes.mass == mass);
     let undamaged = vec![0.0; system.sets.iter().map(|set| set.history().len()).max().expect("a history")];

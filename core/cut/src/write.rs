@@ -28,7 +28,7 @@ impl CutMesh {
         self.write_without(|_| false, document, points, material, out)
     }
 
-    /// Writes the cut model without the triangles that are gone: a face is left out if all of its triangles are gone, a piece of a face that is
+    /// Writes the cut model without the triangles that have failed: a face is left out if all of its triangles have failed, a piece of a face that is
     /// divided if the piece is. Rows of vertices that nothing uses any more stay. `document` is the one the mesh was made from, `points` (n x 3, m) are the current positions of the vertices of
     /// [`CutMesh::surface`]. Normals rotate with the triangles that refer to them; a row whose corners rotate differently is duplicated.
     ///
@@ -39,7 +39,7 @@ impl CutMesh {
     /// Those of [`ObjDocument::write`].
     pub fn write_without(
         &self,
-        is_gone: impl Fn(u32) -> bool,
+        has_failed: impl Fn(u32) -> bool,
         document: &ObjDocument,
         points: &[Vec3],
         material: &str,
@@ -61,7 +61,7 @@ impl CutMesh {
             colours: &[],
             texcoords: &self.texcoords[self.uncut.texcoords..],
             normals: &new_normals,
-            faces: self.changed_faces(&is_gone, document, &original, &number, &turned),
+            faces: self.changed_faces(&has_failed, document, &original, &number, &turned),
             added: (0..self.surface.triangles.len() as u32)
                 .filter(|&t| self.is_cap(t))
                 .map(|t| self.rows(t, &number, &turned))
@@ -83,10 +83,10 @@ impl CutMesh {
         number
     }
 
-    /// Replacements of all changed faces, none for those that are gone. A face that only got copies of its vertices stays one face.
+    /// Replacements of all changed faces, none for those that have failed. A face that only got copies of its vertices stays one face.
     fn changed_faces(
         &self,
-        is_gone: &impl Fn(u32) -> bool,
+        has_failed: &impl Fn(u32) -> bool,
         document: &ObjDocument,
         original: &Surface,
         number: &[u32],
@@ -105,9 +105,9 @@ impl CutMesh {
         let split: BTreeSet<u32> = split.map(|t| self.surface.face_of[t as usize]).collect();
         changed.extend(split.iter().map(|&face| (face, Vec::new())));
         let of_file = || zip(&self.surface.face_of, 0..).filter(|(_, t)| !self.is_cap(*t) && !self.is_lid(*t));
-        let mut left_out: BTreeSet<u32> = of_file().filter(|(_, t)| is_gone(*t)).map(|(face, _)| *face).collect();
+        let mut left_out: BTreeSet<u32> = of_file().filter(|(_, t)| has_failed(*t)).map(|(face, _)| *face).collect();
         if !left_out.is_empty() {
-            of_file().filter(|(_, t)| !is_gone(*t)).for_each(|(face, _)| _ = left_out.remove(face));
+            of_file().filter(|(_, t)| !has_failed(*t)).for_each(|(face, _)| _ = left_out.remove(face));
             changed.extend(left_out.iter().map(|&face| (face, Vec::new())));
         }
         for (number, face) in self.surface.face_of.iter().enumerate() {
@@ -121,7 +121,7 @@ impl CutMesh {
             } else {
                 self.renamed(document, original, face, &triangles, number, turned)
             };
-            let left = || triangles.iter().filter(|t| !is_gone(**t));
+            let left = || triangles.iter().filter(|t| !has_failed(**t));
             let pieces = || left().map(|&t| self.rows(t, number, turned).to_vec()).collect();
             (face, whole.map_or_else(pieces, |polygon| vec![polygon]))
         };

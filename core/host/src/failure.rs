@@ -1,4 +1,4 @@
-//! Elements that a material says are gone (`pliant.failure/1`).
+//! Elements that a material says have failed (`pliant.failure/1`).
 
 use crate::error::HostError;
 use crate::instance::Extension;

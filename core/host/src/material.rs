@@ -20,7 +20,7 @@ pub struct Material {
     pub(crate) coupled: Option<&'static abi::Coupled>,
     /// Energy of vertex normals, if requests ask for normals.
     pub(crate) normals: Option<&'static abi::Normals>,
-    /// Elements that are gone, if those of a request may be.
+    /// Elements that have failed, if those of a request may be.
     pub(crate) failure: Option<&'static abi::Failure>,
     /// Stiffness in single precision, if a request offers it.
     pub(crate) single: Option<&'static abi::Single>,

@@ -112,14 +112,14 @@ impl Surface {
     }
 
     /// As [`Surface::shells`], with pairs of vertices that count as one, as where a seam joins two pieces, and without the triangles for which
-    /// `is_gone` holds: they connect nothing, and their number is [`NO_SHELL`].
+    /// `has_failed` holds: they connect nothing, and their number is [`NO_SHELL`].
     ///
     /// # Panics
     /// If a pair has a vertex that is not there.
-    pub fn joined_shells(&self, joined: &[[u32; 2]], is_gone: impl Fn(u32) -> bool) -> Vec<u32> {
+    pub fn joined_shells(&self, joined: &[[u32; 2]], has_failed: impl Fn(u32) -> bool) -> Vec<u32> {
         let mut parent: Vec<u32> = (0..self.points.len() as u32).collect();
         for (&[a, b, c], triangle) in self.triangles.iter().zip(0..) {
-            for other in [b, c].into_iter().filter(|_| !is_gone(triangle)) {
+            for other in [b, c].into_iter().filter(|_| !has_failed(triangle)) {
                 let (a, b) = (root(&mut parent, a), root(&mut parent, other));
                 parent[a.max(b) as usize] = a.min(b);
             }
@@ -131,7 +131,7 @@ impl Surface {
         let mut number = vec![NO_SHELL; self.points.len()];
         let mut count = 0;
         let shell_of = |(corners, triangle): (&[u32; 3], u32)| {
-            if is_gone(triangle) {
+            if has_failed(triangle) {
                 return NO_SHELL;
             }
             let shell = &mut number[root(&mut parent, corners[0]) as usize];

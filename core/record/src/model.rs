@@ -1,7 +1,7 @@
 //! The deformed model as a file.
 
 use crate::atomic::{AtomicFile, error_at};
-use pliant_engine::body::{Body, CutMesh, GoneTriangles};
+use pliant_engine::body::{Body, CutMesh, FailedTriangles};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::obj::WriteError;
 use pliant_mesh::{ObjDocument, Placement, Surface};
@@ -38,8 +38,8 @@ pub struct ModelShape<'a> {
     pub original: &'a [Vec3],
     /// m, vertices now (n x 3)
     pub present: &'a [Vec3],
-    /// Triangles that are gone, which are not written.
-    pub gone: &'a GoneTriangles,
+    /// Triangles that have failed, which are not written.
+    pub failed_triangles: &'a FailedTriangles,
     /// The mesh, if a blade has cut it.
     pub cut: Option<&'a CutMesh>,
 }
@@ -61,7 +61,7 @@ impl<'a> ModelShape<'a> {
             placement: model.placement,
             original: &model.surface.points,
             present: &body.skin.x,
-            gone: &body.gone,
+            failed_triangles: &body.failed_triangles,
             cut: body.cut.as_deref().filter(|mesh| mesh.depth() > 0),
         }
     }
@@ -77,16 +77,16 @@ impl<'a> ModelShape<'a> {
     }
 
     /// Writes the OBJ document. Lines of vertices that have not moved, and all other lines, stay byte for byte; normals rotate with the faces
-    /// around them. Faces of a sheet all of whose triangles are gone are left out, of a face that a cut has divided the pieces that are gone, and with
+    /// around them. Faces of a sheet all of whose triangles have failed are left out, of a face that a cut has divided the pieces that have failed, and with
     /// them vertices that no other face uses. Faces that a cut has made inside of the body get the OBJ material `cap_material`.
     ///
     /// # Errors
     /// Fails for a vertex that cannot be written and with the errors of `out`.
     pub fn write(&self, cap_material: &str, out: &mut impl Write) -> io::Result<()> {
-        if self.gone.is_empty() {
+        if self.failed_triangles.is_empty() {
             return self.write_whole(cap_material, out);
         }
-        let (document, is_kept) = self.without_gone(cap_material)?;
+        let (document, is_kept) = self.without_failed(cap_material)?;
         document.write_faces(&is_kept, out)
     }
 
@@ -100,10 +100,10 @@ impl<'a> ModelShape<'a> {
             None => (0..self.present.len() as u32).collect(),
         };
         let mut bytes = Vec::new();
-        if self.gone.is_empty() {
+        if self.failed_triangles.is_empty() {
             self.write_whole(cap_material, &mut bytes)?;
         } else {
-            let (document, is_kept) = self.without_gone(cap_material)?;
+            let (document, is_kept) = self.without_failed(cap_material)?;
             document.write_faces(&is_kept, &mut bytes)?;
             let kept = document.kept_vertices(&is_kept);
             row_of.iter_mut().for_each(|row| *row = kept.get(*row as usize).copied().unwrap_or(NO_ROW));
@@ -111,8 +111,8 @@ impl<'a> ModelShape<'a> {
         Ok(WrittenModel { bytes, row_of })
     }
 
-    /// The written document with faces that are gone or without them, and which of its faces are to be kept.
-    fn without_gone(&self, cap_material: &str) -> io::Result<(ObjDocument, Vec<bool>)> {
+    /// The written document with faces that have failed or without them, and which of its faces are to be kept.
+    fn without_failed(&self, cap_material: &str) -> io::Result<(ObjDocument, Vec<bool>)> {
         let mut bytes = Vec::new();
         self.write_whole(cap_material, &mut bytes)?;
         let document = ObjDocument::parse(bytes, Path::new("model.obj")).map_err(io::Error::other)?;
@@ -120,17 +120,19 @@ impl<'a> ModelShape<'a> {
         let mut is_kept = vec![self.cut.is_some(); document.face_count()];
         if self.cut.is_none() {
             let of_face = Surface::from_document(self.document).face_of.into_iter().zip(0..);
-            of_face.for_each(|(face, triangle)| is_kept[face as usize] |= !self.gone.contains(triangle));
+            of_face.for_each(|(face, triangle)| is_kept[face as usize] |= !self.failed_triangles.contains(triangle));
         }
         Ok((document, is_kept))
     }
 
-    /// Writes the document with all rows, and with all faces except those that a cut mesh leaves out because they are gone.
+    /// Writes the document with all rows, and with all faces except those that a cut mesh leaves out because they have failed.
     fn write_whole(&self, cap_material: &str, out: &mut impl Write) -> io::Result<()> {
         let other = |error: WriteError| io::Error::other(error.to_string());
-        let Self { document, placement, original, present, gone, cut } = *self;
+        let Self { document, placement, original, present, failed_triangles, cut } = *self;
         if let Some(mesh) = cut {
-            return mesh.write_without(|t| gone.contains(t), document, present, cap_material, out).map_err(other);
+            return mesh
+                .write_without(|t| failed_triangles.contains(t), document, present, cap_material, out)
+                .map_err(other);
         }
         let points = placement.bring_back(document.positions(), original, present);
         document.write_deformed(&points, out).map_err(other)

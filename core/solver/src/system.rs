@@ -251,7 +251,7 @@ impl System {
         self.update_failed()
     }
 
-    /// Has the material say which elements are gone, if histories have changed since it last did.
+    /// Has the material say which elements have failed, if histories have changed since it last did.
     ///
     /// # Errors
     /// Returns the error of the material.
@@ -260,7 +260,7 @@ impl System {
         sets.iter_mut().try_for_each(|set| set.update_failed(&**material, nodes))
     }
 
-    /// Number of elements that are gone.
+    /// Number of elements that have failed.
     pub fn failed_count(&self) -> usize {
         self.sets.iter().map(ElementSet::failed_count).sum()
     }

@@ -44,7 +44,7 @@ pub const HAS_SINGLE: u32 = 64;
 /// three times the share of the cell that belongs to the body. A host that does not know the flag gives all five.
 pub const INNER_TETRAHEDRON: u32 = 128;
 
-/// Flag of a request with [`HAS_HISTORY`]: elements may be gone, by [`Failure`]. A host that does not know the flag goes on with all of them.
+/// Flag of a request with [`HAS_HISTORY`]: elements may fail, by [`Failure`]. A host that does not know the flag goes on with all of them.
 pub const CAN_FAIL: u32 = 256;
 
 /// Set in a slot whose block is stored transposed.
@@ -238,12 +238,12 @@ pub struct Single {
 /// Extension id of [`Failure`]; optional.
 pub const FAILURE: &CStr = c"pliant.failure/1";
 
-/// Function table of [`FAILURE`]: elements that are gone.
+/// Function table of [`FAILURE`]: elements that have failed.
 #[repr(C)]
 pub struct Failure {
     /// `size_of` this struct.
     pub size: usize,
-    /// Writes 1 for each element that is gone, else 0 (m), from history, rest data, measures and fields alone.
+    /// Writes 1 for each element that has failed, else 0 (m), from history, rest data, measures and fields alone.
     pub failed: Option<unsafe extern "C" fn(*const Plugin, *const Batch, failed: *mut u8) -> Status>,
 }
 

@@ -373,7 +373,7 @@ impl Body {
         Ok(())
     }
 
-    /// Which elements are gone, by their history, for each request with [`abi::CAN_FAIL`] (m); empty for others.
+    /// Which elements have failed, by their history, for each request with [`abi::CAN_FAIL`] (m); empty for others.
     ///
     /// # Errors
     /// The material's fault.

@@ -91,7 +91,7 @@ pub trait MaterialUnderTest {
     /// The material's fault.
     fn call_advance(&self, call: &Call<'_>, history: &mut [f64]) -> Result<(), Fault>;
 
-    /// Writes 1 for each element that is gone, else 0 (m).
+    /// Writes 1 for each element that has failed, else 0 (m).
     ///
     /// # Errors
     /// The material's fault.

@@ -3,7 +3,7 @@
 //! The stress is `(1 - d) C : E` with Green's strain E and a damage d that follows from the largest principal stretch a triangle has had (Rankine).
 //! Beyond the strength f the nominal stress falls linearly with the stretch. Where it comes to zero depends on the width h of the triangle, such that
 //! its work is G / h for each volume (crack band, Bažant and Oh 1983): a band of triangles that tears takes the fracture energy G for each area
-//! of the crack, whatever their size. There the triangle is gone (`pliant.failure/1`). Triangles that at their strength have stored more than that,
+//! of the crack, whatever their size. There the triangle has failed (`pliant.failure/1`). Triangles that at their strength have stored more than that,
 //! those wider than about `2 G Y / f^2` with Young's modulus Y, tear at once and take what they have stored.
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]

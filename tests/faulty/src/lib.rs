@@ -106,9 +106,9 @@ pub mod fault {
     pub const FLOW_GAINS: u8 = 48;
     /// As [`FLOWS`], more where a spring is along x.
     pub const FLOW_NOT_OBJECTIVE: u8 = 49;
-    /// As [`FLOWS`], and springs that have flowed by a third of their length are gone.
+    /// As [`FLOWS`], and springs that have flowed by a third of their length have failed.
     pub const FAILS: u8 = 90;
-    /// As [`FAILS`], and springs are gone that are stretched by a third.
+    /// As [`FAILS`], and springs have failed that are stretched by a third.
     pub const FAILS_BY_POSITION: u8 = 91;
     /// Declares a continuous force above its peak force.
     pub const LIMITS_REVERSED: u8 = 50;

@@ -28,7 +28,7 @@ const fn flows(fault: u8) -> bool {
     matches!(fault, fault::FLOWS | fault::FLOW_GAINS | fault::FLOW_NOT_OBJECTIVE) || fails(fault)
 }
 
-/// Part of its rest length by which a spring flows until it is gone.
+/// Part of its rest length by which a spring flows until it has failed.
 const BREAKS: f64 = 0.3;
 
 /// Whether springs with a fault break.

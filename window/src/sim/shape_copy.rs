@@ -2,7 +2,7 @@
 //!
 //! A model of a million triangles takes seconds to write, its positions milliseconds to copy. The text of the file is copied once.
 
-use pliant_engine::body::GoneTriangles;
+use pliant_engine::body::FailedTriangles;
 use pliant_engine::session::Session;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{ObjDocument, Placement};
@@ -20,7 +20,7 @@ pub(super) struct ShapeCopy {
     /// m, vertices now (n x 3)
     present: Vec<Vec3>,
     /// Triangles that have torn.
-    gone: GoneTriangles,
+    failed_triangles: FailedTriangles,
 }
 
 impl ShapeCopy {
@@ -33,8 +33,8 @@ impl ShapeCopy {
         }
         let (model, present) = (&body.model, body.skin.x.clone());
         let document = known.map_or_else(|| Arc::new(model.document.clone()), Arc::clone);
-        let (original, gone) = (model.surface.points.clone(), body.gone.clone());
-        Some(Self { document, placement: model.placement, original, present, gone })
+        let (original, failed_triangles) = (model.surface.points.clone(), body.failed_triangles.clone());
+        Some(Self { document, placement: model.placement, original, present, failed_triangles })
     }
 
     /// The document, for the next copy.
@@ -47,8 +47,8 @@ impl ShapeCopy {
     /// # Errors
     /// What the file system says, and a vertex that cannot be written.
     pub fn write(&self, path: &Path) -> io::Result<()> {
-        let Self { document, placement, original, present, gone } = self;
-        let shape = ModelShape { document, placement: *placement, original, present, gone, cut: None };
+        let Self { document, placement, original, present, failed_triangles } = self;
+        let shape = ModelShape { document, placement: *placement, original, present, failed_triangles, cut: None };
         // Without a cut no face has its material.
         shape.write_file("", path)
     }

@@ -26,9 +26,9 @@ pub struct TriangleLook {
 }
 
 impl Body {
-    /// Appearance of a triangle; `None` for a lid and for a triangle that is gone, which are not drawn, and for a number past the last triangle.
+    /// Appearance of a triangle; `None` for a lid and for a triangle that has failed, which are not drawn, and for a number past the last triangle.
     pub fn look(&self, triangle: u32) -> Option<TriangleLook> {
-        if self.gone.contains(triangle) {
+        if self.failed_triangles.contains(triangle) {
             return None;
         }
         self.model.look(triangle, self.cut.as_deref().filter(|mesh| mesh.depth() > 0))

@@ -7,9 +7,9 @@ mod cell_corners;
 mod cutting;
 mod discretization;
 mod disjoint_sets;
+mod failed_triangles;
 mod fields;
 mod fixing;
-mod gone;
 mod grid_pool;
 mod lattice;
 mod look;
@@ -32,9 +32,9 @@ mod tint;
 
 pub use cell_corners::CellCorners;
 pub use discretization::Discretization;
+pub use failed_triangles::FailedTriangles;
 pub use fields::{FieldSurface, Fields, Layer, factor_at};
 pub use fixing::{Fixing, Place, displacement_along};
-pub use gone::GoneTriangles;
 pub use grid_pool::{GridPool, PooledGrid};
 pub use lattice::{
     BodyInterior, CellFragment, ContactBuffers, ContactPoint, ContactSurface, Lattice, LatticeError, NodeBounds,
@@ -86,8 +86,8 @@ pub struct Body {
     pub params: Vec<String>,
     /// Largest ratio by which painting may raise stiffness over mass of any part; infinite where the integrator follows any.
     pub most_stiffening: f64,
-    /// Triangles that are gone because the material says so.
-    pub gone: GoneTriangles,
+    /// Triangles that have failed because the material says so.
+    pub failed_triangles: FailedTriangles,
     /// Tints of pinned and painted vertices, for viewers.
     pub(crate) tints: tint::Tints,
     /// Nodes that are held or driven along a path.

@@ -94,7 +94,7 @@ impl Body {
             set.set_history(history);
         }
         self.system.update_failed()?;
-        self.update_gone();
+        self.update_failed_triangles();
         self.frozen.clone_from(&state.frozen);
         self.update_tints()?;
         if !self.samples.is_empty() {

@@ -165,7 +165,7 @@ impl SoftTip {
         lost.sum()
     }
 
-    /// Finds the contacts of `tip` with the `count` triangles of a sheet, whose nodes `triangles` returns, `None` for one that is gone, and writes their
+    /// Finds the contacts of `tip` with the `count` triangles of a sheet, whose nodes `triangles` returns, `None` for one that has failed, and writes their
     /// springs to `out`.
     pub fn press(
         &mut self,

@@ -92,14 +92,14 @@ impl Reading<'_> {
         self.session.body_of_scene(self.of)
     }
 
-    /// Sum of a value of the present corners (m) of each triangle of the body, or of its part, without those that are gone; 0 for a body that is not simulated, NaN for a part that
+    /// Sum of a value of the present corners (m) of each triangle of the body, or of its part, without those that have failed; 0 for a body that is not simulated, NaN for a part that
     /// is not there.
     fn sum_of_triangles(&self, value: impl Fn([Vec3; 3]) -> f64) -> f64 {
         let Some(body) = self.body() else { return 0.0 };
         let triangles = &body.model.surface.triangles;
         let value = |t: &[u32; 3]| value(t.map(|v| body.skin.x[v as usize]));
         let Some(part) = self.part else {
-            let left = triangles.iter().zip(0..).filter(|(_, t)| !body.gone.contains(*t));
+            let left = triangles.iter().zip(0..).filter(|(_, t)| !body.failed_triangles.contains(*t));
             return left.map(|(corners, _)| value(corners)).sum();
         };
         let parts = body.parts();

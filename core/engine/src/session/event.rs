@@ -46,8 +46,8 @@ pub enum EventKind {
     Unstable,
     /// A body fell asleep.
     Asleep,
-    /// Elements of a body are gone, because its material has failed there.
-    ElementsGone,
+    /// Elements of a body have failed, because its material has failed there.
+    ElementsFailed,
     /// A model has a defect.
     Model,
     /// A shape that was kept had inverted or flat cells, which were repaired.

@@ -16,7 +16,7 @@ use super::{
     Choices, Clock, DeviceSlot, EventKind, Events, Frame, Loaded, Scratch, Session, SessionError, ToolSlot, place,
 };
 use crate::body::{
-    Body, Discretization, GoneTriangles, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin, StiffnessFactor,
+    Body, Discretization, FailedTriangles, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin, StiffnessFactor,
     Subdivision,
 };
 use crate::contact::{Friction, SheetTips};
@@ -362,7 +362,7 @@ impl Opening<'_> {
             layer_stiffness: 0.0,
             params,
             tints: Vec::new(),
-            gone: GoneTriangles::default(),
+            failed_triangles: FailedTriangles::default(),
             most_stiffening: f64::INFINITY,
             fixings,
             symmetry: None,

@@ -47,7 +47,7 @@ impl Session {
                     continue;
                 };
                 let count = body.model.surface.triangles.len() as u32;
-                let triangles = |t| (!body.gone.contains(t)).then(|| sheet.nodes_of(&body.model, t));
+                let triangles = |t| (!body.failed_triangles.contains(t)).then(|| sheet.nodes_of(&body.model, t));
                 let press =
                     SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], dt: self.clock.dt };
                 soft.keeps_multipliers = touching == 1;

@@ -162,10 +162,10 @@ impl Session {
             self.moved[index] = moved.as_ref().map_or(0.0, |fastest| fastest * self.clock.dt);
             match moved {
                 Ok(fastest) => {
-                    let failed = self.bodies[index].update_gone() as u64;
-                    self.events.add_many(EventKind::ElementsGone, failed, time.start, || {
+                    let failed = self.bodies[index].update_failed_triangles() as u64;
+                    self.events.add_many(EventKind::ElementsFailed, failed, time.start, || {
                         format!(
-                            "body `{}`: its material failed: the first of its elements are gone",
+                            "body `{}`: its material failed: the first of its elements have failed",
                             self.bodies[index].name
                         )
                     });

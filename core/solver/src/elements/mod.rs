@@ -40,11 +40,11 @@ pub struct ElementSet {
     pub(super) next_history: Vec<f64>,
     /// History at the beginning of a step that may be taken again (stride x m).
     pub(super) start_history: Vec<f64>,
-    /// Which elements are gone: 1 for each, else 0 (m); empty if none can be.
+    /// Which elements have failed: 1 for each, else 0 (m); empty if none can be.
     pub(super) failed: Vec<u8>,
     /// Buffer for the next `failed` (m).
     pub(super) next_failed: Vec<u8>,
-    /// Number of elements that are gone.
+    /// Number of elements that have failed.
     pub(super) failed_count: usize,
     /// Number of times `failed` has changed.
     pub(super) failed_changes: u64,
@@ -121,12 +121,12 @@ impl ElementSet {
         self.failed_is_stale = true;
     }
 
-    /// Which elements are gone: 1 for each, else 0 (m); empty if none can be. Current after [`System::update_failed`](crate::System::update_failed).
+    /// Which elements have failed: 1 for each, else 0 (m); empty if none can be. Current after [`System::update_failed`](crate::System::update_failed).
     pub fn failed(&self) -> &[u8] {
         &self.failed
     }
 
-    /// Number of elements that are gone.
+    /// Number of elements that have failed.
     pub fn failed_count(&self) -> usize {
         self.failed_count
     }
@@ -136,7 +136,7 @@ impl ElementSet {
         self.failed_changes
     }
 
-    /// Calls `run` for the parts of a chunk between elements that are gone, in order: for the chunk itself where none is.
+    /// Calls `run` for the parts of a chunk between elements that have failed, in order: for the chunk itself where none is.
     pub(super) fn for_each_intact<E>(
         &self,
         chunk: &Chunk,
@@ -155,7 +155,7 @@ impl ElementSet {
         Ok(())
     }
 
-    /// Has the material say which elements are gone, if it has not since the history or the rest data has changed. After an error the list is
+    /// Has the material say which elements have failed, if it has not since the history or the rest data has changed. After an error the list is
     /// as before, and the next call asks again.
     pub(super) fn update_failed(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
         if !(self.failed_is_stale && self.has(abi::CAN_FAIL)) {
@@ -202,7 +202,7 @@ impl ElementSet {
         self.next_failed.clone_from(&self.failed);
         self.failed_changes += 1;
         let written = self.rest(material, nodes);
-        // Without a history none is gone.
+        // Without a history none has failed.
         (self.failed_count, self.failed_is_stale) = (0, false);
         written
     }
@@ -210,7 +210,7 @@ impl ElementSet {
     /// Has the material write its rest data again, after the rest positions have changed.
     pub(super) fn rest(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
         let count = self.count();
-        // Which elements are gone follows from rest data too.
+        // Which elements have failed follows from rest data too.
         self.failed_is_stale = true;
         let mut data = std::mem::take(&mut self.rest_data);
         data.clear();

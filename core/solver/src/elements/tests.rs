@@ -4,7 +4,7 @@ use pliant_plugin_api::TangentScale;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Links with one history variable; a link is gone where it is above 1.
+/// Links with one history variable; a link has failed where it is above 1.
 struct Ageing {
     requests: [ElementRequest; 1],
     /// Whether `failed` fails, after it has written something wrong.

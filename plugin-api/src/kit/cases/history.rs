@@ -121,15 +121,15 @@ pub(super) fn failure_follows_from_history(c: &Candidate) -> Result<Verdict, Str
             ensure(found == expected, || {
                 let count = |all: &[Vec<u8>]| all.iter().flatten().filter(|failed| **failed != 0).count();
                 let (before, after) = (count(&expected), count(&found));
-                format!("with the same history and other positions {after} elements are gone instead of {before}")
+                format!("with the same history and other positions {after} elements have failed instead of {before}")
             })?;
         }
         let fresh = failed(&rest)?;
-        ensure(fresh.iter().flatten().all(|failed| *failed == 0), || "an element without a history is gone".into())?;
+        ensure(fresh.iter().flatten().all(|failed| *failed == 0), || "an element without a history has failed".into())?;
         let mut moved = rest.clone();
         deform(&mut moved, 3.0, 0.5);
         let fresh = failed(&moved)?;
-        ensure(fresh.iter().flatten().all(|failed| *failed == 0), || "an element without a history is gone".into())?;
+        ensure(fresh.iter().flatten().all(|failed| *failed == 0), || "an element without a history has failed".into())?;
     }
     Ok(if has_failed { Verdict::Passed } else { Verdict::Skipped("no element of it fails".into()) })
 }

@@ -78,7 +78,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "failure-follows-from-history",
-        promise: "which elements are gone follows from their history alone, and none is while that is zero",
+        promise: "which elements have failed follows from their history alone, and none is while that is zero",
         run: history::failure_follows_from_history,
     },
     Case {
