@@ -39,7 +39,6 @@ use clap::{CommandFactory, Parser};
 use outcome::{Failure, Outcome};
 use output::{note, print, print_json};
 use pliant_host::{detect_plugin_exit, record_exit_code};
-use pliant_plugin_api::lanes::check_vector_unit;
 use serde_json::json;
 use std::process::ExitCode;
 
@@ -54,10 +53,7 @@ fn main() -> ExitCode {
 fn guarded(cli: &Cli) -> Outcome {
     let _note = PanicNote;
     detect_plugin_exit(if cli.json { report_exit_as_json } else { report_exit });
-    let unit = check_vector_unit().map_err(Failure::input);
-    unit.and_then(|()| isolate::watch_child())
-        .and_then(|()| run_command(cli))
-        .unwrap_or_else(|failure| report_failure(&failure, cli.json))
+    isolate::watch_child().and_then(|()| run_command(cli)).unwrap_or_else(|failure| report_failure(&failure, cli.json))
 }
 
 /// Exit code of a Rust program that panics.

@@ -40,7 +40,8 @@ impl App {
         let layers = self.status.layers.clone();
         self.layers.follow(&layers);
         if ui.button(strings::NEW_LAYER).on_hover_text(strings::NEW_LAYER_HINT).clicked() {
-            let name = strings::layer_name(layers.len() + 1);
+            let is_taken = |name: &String| layers.iter().any(|layer| *layer.name == **name);
+            let name = (1..).map(strings::layer_name).find(|name| !is_taken(name)).unwrap_or_default();
             self.change_layers(SessionCommand::AddLayer { name });
         }
         for (layer, state) in layers.iter().enumerate().rev() {
@@ -100,7 +101,7 @@ impl App {
         }
     }
 
-    /// The name, which a click records in and a double click changes.
+    /// The name, which a click records in; a field while it is changed.
     fn layer_name(&mut self, ui: &mut egui::Ui, layer: u32, state: &SculptLayerState, name: &str) {
         if let Some((_, text)) = self.layers.renamed.as_mut().filter(|(other, _)| *other == layer) {
             let field = ui.add(egui::TextEdit::singleline(text).desired_width(90.0));
@@ -117,9 +118,7 @@ impl App {
         }
         let label = ui.add_enabled(!state.is_fixed, egui::Button::selectable(state.records, name).truncate());
         let label = label.on_hover_text(strings::layer_hint(state.vertices));
-        if label.double_clicked() {
-            self.layers.renamed = Some((layer, name.to_owned()));
-        } else if label.clicked() && !state.records {
+        if label.clicked() && !state.records {
             self.change_layers(SessionCommand::RecordLayer { layer: Some(layer) });
         }
     }

@@ -35,7 +35,7 @@ impl Measurement {
 pub(super) struct ScriptedStrokes {
     /// With the first frame of the model: opening it is not measured.
     began: Option<Instant>,
-    last: Instant,
+    last: Option<Instant>,
     /// s
     duration: f64,
 }
@@ -49,14 +49,14 @@ const CIRCLE: f64 = 0.12;
 
 impl ScriptedStrokes {
     pub(super) fn new(duration: f64) -> Self {
-        Self { began: None, last: Instant::now(), duration }
+        Self { began: None, last: None, duration }
     }
 
     /// Moves the hand on; gives whether there is more to do.
     pub(super) fn advance(&mut self, model: &mut Model, camera: &Camera, tool: ToolKind) -> bool {
         let seconds = self.began.get_or_insert_with(Instant::now).elapsed().as_secs_f64();
-        let dt = self.last.elapsed().as_secs_f64();
-        self.last = Instant::now();
+        let now = Instant::now();
+        let dt = now.duration_since(self.last.replace(now).unwrap_or(now)).as_secs_f64();
         let phase = seconds % PERIOD;
         let (s, c) = (phase * std::f64::consts::TAU / STROKE).sin_cos();
         let ray = pointer_ray(camera.ray([CIRCLE * c, CIRCLE * s], 1.0));

@@ -269,12 +269,14 @@ impl App {
     }
 
     fn paint(&mut self, ui: &egui::Ui, rect: egui::Rect) {
-        let (lines, reference, picture) = (self.lines(), self.reference_quad(), self.reference.take_upload());
+        let (lines, reference) = (self.lines(), self.reference_quad());
         let Some(model) = &mut self.model else { return };
         let Some(renderer) = &self.renderer else {
             model.uploads.clear();
             return;
         };
+        // Only where it will be drawn: an image is handed over once.
+        let picture = self.reference.take_upload();
         let aspect = Frame { rect, camera: &self.camera }.aspect();
         let background = if ui.visuals().dark_mode {
             [[0.24, 0.26, 0.29], [0.12, 0.13, 0.145]]

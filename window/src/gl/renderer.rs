@@ -294,7 +294,8 @@ impl Drop for GlRenderer {
         self.clear();
         // SAFETY: see the module; nothing draws any more.
         unsafe {
-            for program in [self.surface, self.edge, self.line, self.background] {
+            self.reference.take().into_iter().for_each(|picture| picture.delete(&self.gl));
+            for program in [self.surface, self.edge, self.line, self.background, self.picture] {
                 self.gl.delete_program(program);
             }
             self.gl.delete_texture(self.balls);

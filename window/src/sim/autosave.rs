@@ -108,15 +108,20 @@ impl Autosave {
         let failed = |error: std::io::Error| format!("autosave: {error}");
         let folder = self.folder().map_err(failed)?;
         let note = serde_json::to_vec_pretty(&self.note).map_err(|error| format!("autosave: {error}"))?;
-        let write_note = move |folder: &Path| fs::write(folder.join(NOTE), note).map_err(failed);
+        let write_note = move |folder: &Path| fs::write(folder.join(NOTE), &note).map_err(failed);
         match ShapeCopy::take(session, self.document.as_ref()) {
             Some(copy) => {
                 self.document = Some(Arc::clone(copy.document()));
-                let work = move || {
+                let work = Arc::new(move || {
                     copy.write(&folder.join(SHAPE)).map_err(failed)?;
                     write_note(&folder)
-                };
-                self.writing = Some(Builder::new().name("autosave".into()).spawn(work).map_err(failed)?);
+                });
+                let on_thread = Arc::clone(&work);
+                match Builder::new().name("autosave".into()).spawn(move || on_thread()) {
+                    Ok(thread) => self.writing = Some(thread),
+                    // Without a thread it is written here.
+                    Err(_) => work()?,
+                }
             }
             None => {
                 write_bodies(session, cap_material, None, &folder.join(SHAPE)).map_err(failed)?;

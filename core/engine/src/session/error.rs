@@ -47,6 +47,9 @@ pub enum SessionError {
     /// An explicit integrator would be unstable.
     #[error("{0}")]
     StepLimit(String),
+    /// `$PLIANT_VECTOR_UNIT` names no vector unit of this processor.
+    #[error("{0}")]
+    VectorUnit(String),
 }
 
 impl SessionError {

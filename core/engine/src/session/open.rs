@@ -35,6 +35,7 @@ use pliant_host::{
 use pliant_mesh::check::{Severity, Use};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::require_for_mesh_elements;
+use pliant_plugin_api::lanes::check_vector_unit;
 use pliant_solver::ForceModel;
 use pliant_solver::{NodeSprings, Scheme, System};
 use std::collections::BTreeMap;
@@ -101,6 +102,7 @@ impl Session {
         options: &Options,
         shared: &SharedParts,
     ) -> Result<Self, SessionError> {
+        check_vector_unit().map_err(SessionError::VectorUnit)?;
         let dt = scene.time.dt.get_ref().si;
         let threads = match options.threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),

@@ -22,10 +22,10 @@ pub(super) struct Seams {
     pub of_body: Vec<Vec<Seam>>,
     /// Number of pairs that each body had apart in the last step.
     pub open: Vec<usize>,
-    /// Bodies whose material has refused a join: nothing more is joined in them.
-    refused: BTreeSet<usize>,
-    /// Bodies that have an event about a seam that stays open.
-    told: BTreeSet<usize>,
+    /// Bodies whose material has refused a join: nothing more is joined in them until their nodes change.
+    pub refused: BTreeSet<usize>,
+    /// Body and number of each seam that an event says to be open.
+    told: BTreeSet<(usize, usize)>,
     sums: NodeSums,
 }
 
@@ -40,8 +40,8 @@ impl Seams {
     }
 }
 
-/// Stiffness of the spring of a pair over its lighter mass and the square of the step: as stiff as an implicit step bears, and as an explicit one
-/// follows.
+/// Stiffness of the spring of a pair, over its lighter mass and the square of the step: of implicit steps, which are stable with any, so that inertia hardly
+/// delays a seam; and of explicit ones, far below their limit of stability.
 const STIFFNESS: [f64; 2] = [100.0, 0.1];
 /// Time after which a seam that is still open is told, s beyond its `time`.
 const LATE: f64 = 0.1;
@@ -122,7 +122,9 @@ impl Session {
                 Err(error) => {
                     self.seams.refused.insert(index);
                     let name = &self.bodies[index].name;
-                    self.events.add(EventKind::Message, time, || format!("body `{name}`: a seam stays open: {error}"));
+                    self.events.add(EventKind::Message, time, || {
+                        format!("body `{name}`: its seams stay as they are: {error}")
+                    });
                 }
             }
         }
@@ -140,9 +142,10 @@ impl Session {
         let substeps = if explicit == 1 { self.choices.substeps.max(1) as f64 } else { 1.0 };
         let (sums, none) = (&mut self.seams.sums, [0.0; 9]);
         sums.begin(nodes.len());
-        let (mut open, mut widest, mut late) = (0, 0.0_f64, None);
-        for seam in seams {
+        let mut open = 0;
+        for (number, seam) in seams.iter().enumerate() {
             let left = (seam.time - time.start).max(time.dt);
+            let (mut apart, mut widest) = (0, 0.0_f64);
             for pair in &seam.pairs {
                 let [a, b] = pair.map(|v| sheet.node_of(v));
                 if a == b || !sheet.may_weld([a, b], nodes) {
@@ -157,22 +160,19 @@ impl Session {
                 let block = diagonal(stiffness);
                 sums.add(a, 1.0, force, &block, &none);
                 sums.add(b, 1.0, -force, &block, &none);
-                (open, widest) = (open + 1, widest.max(gap.norm()));
-                if time.start > seam.time + LATE {
-                    late = Some(&seam.place);
-                }
+                (apart, widest) = (apart + 1, widest.max(gap.norm()));
+            }
+            open += apart;
+            let is_late = apart > 0 && time.start > seam.time + LATE;
+            if is_late && self.seams.told.insert((index, number)) {
+                let (place, name) = (&seam.place, &body.name);
+                self.events.add(EventKind::Message, time.start, || {
+                    format!("{place}: body `{name}`: {apart} pairs of this seam are still up to {widest:.4} m apart: what holds them is stronger")
+                });
             }
         }
         sums.drain_into(1.0, &nodes.x, springs);
         self.seams.open[index] = open;
-        if let Some(place) = late
-            && self.seams.told.insert(index)
-        {
-            let name = &body.name;
-            self.events.add(EventKind::Message, time.start, || {
-                format!("{place}: body `{name}`: {open} pairs of its seams are still up to {widest:.4} m apart: what holds them is stronger")
-            });
-        }
     }
 
     /// Number of pairs of vertices of a body's seams that are not joined yet.

@@ -75,6 +75,7 @@ impl Session {
     /// Invalidates everything that depends on the nodes of a body, as after a change of them. A step that was cancelled then begins anew.
     pub fn changed(&mut self, index: usize) {
         self.watch.resumes_at = None;
+        self.seams.refused.remove(&index);
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
         self.sleep.wake(index);
         self.sheet_tips[index].invalidate();

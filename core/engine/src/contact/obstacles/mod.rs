@@ -401,6 +401,7 @@ fn join(contact: &mut VertexContact, obstacle: usize, normal: Vec3, target: f64)
     if contact.state == State::Free {
         (contact.tips, contact.normal, contact.target) = ((obstacle, None), normal, [target, 0.0]);
         (contact.state, contact.caught, contact.friction) = (State::Slides, true, Vec3::zeros());
+        contact.rebound = 0.0; // it was that of another contact
         return true;
     }
     // Of nearly parallel planes the one that pushes more counts. Of two planes the normals stay: they might become parallel.
@@ -410,7 +411,7 @@ fn join(contact: &mut VertexContact, obstacle: usize, normal: Vec3, target: f64)
         }
         contact.target[0] = target;
         if contact.tips.1.is_none() {
-            (contact.tips.0, contact.normal) = (obstacle, normal);
+            (contact.tips.0, contact.normal, contact.rebound) = (obstacle, normal, 0.0);
         }
         return true;
     }
