@@ -6,11 +6,11 @@ done until then, and no session outlives its file.
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 from weakref import WeakSet
 
 import bpy
-import pliant
 from bpy.app.handlers import persistent
 
 if TYPE_CHECKING:
@@ -30,22 +30,36 @@ def forget(editing: Editing) -> None:
     _open.discard(editing)
 
 
-def finish_strokes() -> None:
-    """End every stroke that is under way and write what it did; the next warnings of its mesh tell of it."""
+def finish_strokes() -> list[str]:
+    """End every stroke that is under way and write what it did; return what went wrong, which the next warnings of its mesh say too."""
+    errors = []
     for editing in [editing for editing in _open if editing.is_under_way]:
         try:
             editing.end()
-        except pliant.PliantError as error:
+        except Exception as error:  # noqa: BLE001 - the other strokes, and Blender, go on
+            errors.append(str(error))
             editing.warn(str(error))
             continue
         if bpy.ops.ed.undo_push.poll():
             bpy.ops.ed.undo_push(message="Haptic stroke")
+    return errors
 
 
-def close_sessions() -> None:
-    """End the native threads of all sessions."""
+def close_sessions() -> list[str]:
+    """End the native threads of all sessions; return what went wrong."""
+    errors = []
     for editing in list(_open):
-        editing.close()
+        try:
+            editing.close()
+        except Exception as error:  # noqa: BLE001 - the other sessions are closed all the same
+            errors.append(str(error))
+    return errors
+
+
+def _finish_and_close() -> None:
+    """End strokes and sessions. No mesh is left to warn of errors, so they are printed."""
+    for error in finish_strokes() + close_sessions():
+        print(f"Haptic Edit: {error}", file=sys.stderr)
 
 
 @persistent
@@ -55,8 +69,7 @@ def _before_save(*_args: object) -> None:
 
 @persistent
 def _before_load(*_args: object) -> None:
-    finish_strokes()
-    close_sessions()
+    _finish_and_close()
 
 
 def _handlers() -> list[tuple[list, object]]:
@@ -71,9 +84,8 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """End what is under way, and be told no more."""
-    finish_strokes()
-    close_sessions()
+    """End what is under way, and take the handlers from Blender's lists."""
+    _finish_and_close()
     for handlers, handler in _handlers():
         if handler in handlers:
             handlers.remove(handler)

@@ -53,22 +53,35 @@ fn faults(first: u64, operations: usize) -> Vec<FileFault> {
     all.zip(first..).filter(|(_, number)| is_tried(*number, random.unit())).map(|(fault, _)| fault).collect()
 }
 
-/// Whether an error names the file of an operation, as `openat /tmp/x/out/trace.csv.pliant-AbCdEf.partial`, or a folder it is in.
+/// Whether an error names the file of an operation or a folder of the results that it is in; temporary files have the name of what they become before
+/// `.pliant-`.
 fn names_the_file(text: &str, operation: &str) -> bool {
     let (_, path) = operation.split_once(' ').expect("a name and a path");
-    let mut parts = Path::new(path).components().rev().map(|part| part.as_os_str().to_string_lossy().into_owned());
-    path == "." || parts.any(|part| part.len() > 1 && text.contains(part.split(".pliant-").next().unwrap_or(&part)))
+    let is_word = |name: &str| {
+        let ends = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric());
+        let parts = |at: usize| (text[..at].chars().next_back(), text[at + name.len()..].chars().next());
+        text.match_indices(name).any(|(at, _)| ends(parts(at).0) && ends(parts(at).1))
+    };
+    let names = Path::new(path).components().rev().take(3).map(|part| part.as_os_str().to_string_lossy().into_owned());
+    // The folder of the test is in every absolute path.
+    let names = names.filter(|name| !name.starts_with(".tmp"));
+    path == "." || names.into_iter().any(|name| is_word(name.split(".pliant-").next().unwrap_or(&name)))
 }
 
-/// Checks how a program with a fault at an operation ended.
-fn check_end(case: &str, ran: &Ran, fault: FileFault, operations: &[String]) {
+/// Checks how a program with a fault at an operation ended. Its list of operations may have that operation up to `apart` places further on or before, where
+/// threads take turns.
+fn check_end(case: &str, ran: &Ran, fault: FileFault, operations: &[String], apart: usize) {
     let operation = operations.get(fault.at - 1);
     match (fault.how, ran.code, operation) {
         ("kill", -1, Some(_)) | (_, 0, None) => {}
         ("kill", code, _) => panic!("{case}: ended with {code} by itself: {}", ran.err),
         // What fails is not needed, as the flush of a folder.
         (_, 0, Some(_)) => {}
-        (_, 2, Some(operation)) => assert!(names_the_file(&ran.err, operation), "{case}: `{operation}`: {}", ran.err),
+        (_, 2, Some(operation)) => {
+            let (first, end) = ((fault.at - 1).saturating_sub(apart), (fault.at + apart).min(operations.len()));
+            let is_named = operations[first..end].iter().any(|operation| names_the_file(&ran.err, operation));
+            assert!(is_named, "{case}: `{operation}`: {}", ran.err);
+        }
         (_, code, operation) => panic!("{case}: exit code {code} after {operation:?}: {}", ran.err),
     }
 }
@@ -127,7 +140,7 @@ fn a_run_with_a_fault_at_any_operation_leaves_one_set_of_results() {
             let case = format!("{start:?}, {fault:?}, `{}`", operations[fault.at - 1]);
             let bench = copy_of(&from);
             let (ran, met) = run_with_fault(&bench, &NEW, Some(fault));
-            check_end(&case, &ran, fault, &met);
+            check_end(&case, &ran, fault, &met, 0);
             let found = results(&bench);
             let is_whole = found == old || found == new;
             // Files that are moved one by one are a set once there is a summary.
@@ -167,7 +180,7 @@ fn a_batch_with_a_fault_at_any_operation_is_resumed_to_the_same_table() {
         let bench = copy_of(&from);
         let (ran, met) = run_with_fault(&bench, &batch, Some(fault));
         if ran.code != 1 {
-            check_end(&case, &ran, fault, &met);
+            check_end(&case, &ran, fault, &met, 2);
         }
         let is_there = bench.path("out/results.csv").exists();
         // A mesh that cannot be written is the failure of its edit.
