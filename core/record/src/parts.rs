@@ -7,7 +7,7 @@ use pliant_mesh::{ObjDocument, Surface};
 use std::io;
 use std::path::Path;
 
-/// A model that hangs together in parts: faces of a part share vertices or are stitched, faces of two parts are not.
+/// A model in connected parts: faces of a part share vertices or are stitched, faces of two parts are not.
 pub(crate) struct ModelParts {
     /// The whole model, as its own file has it.
     document: ObjDocument,

@@ -22,7 +22,7 @@ pub struct RestShape {
     offsets: Arc<RestOffsets>,
 }
 
-/// The difference of two shapes at rest of a body that hangs together in the same way in both; what is equal is left out.
+/// The difference of two shapes at rest of a body with the same connectivity in both; what is equal is left out.
 #[derive(Clone, Default)]
 pub struct RestDifference {
     /// m, by vertex

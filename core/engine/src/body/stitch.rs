@@ -66,7 +66,7 @@ impl Body {
         }
     }
 
-    /// Part of each triangle of its surface: what hangs together by common vertices or by stitches has one number, counted from 0 in the order of the first
+    /// Part of each triangle of its surface: triangles connected by common vertices or by stitches have one number, counted from 0 in the order of the first
     /// triangles. Triangles that have failed have [`NO_SHELL`](pliant_mesh::NO_SHELL), and connect nothing.
     pub fn parts(&self) -> Vec<u32> {
         self.model.surface.joined_shells(&self.joined_vertices(), |t| self.failed_triangles.contains(t))

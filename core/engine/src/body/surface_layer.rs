@@ -1,6 +1,6 @@
 //! The layer of a body under the side of its surface that faces a tool: where a stroke over the surface paints.
 //!
-//! The side is made of the triangles in a ball that hang together with its centre across edges and whose normals are less than 90 degrees from the
+//! The side is made of the triangles in a ball that are connected to its centre across edges and whose normals are less than 90 degrees from the
 //! normal there. So the back of a thin part, and what lies behind a gap, are not of it, however near they are. A triangle is turned like its
 //! neighbour before it is compared, for sheets need not be oriented.
 
@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, HashMap};
 /// How deep a stroke of paint goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum PaintDepth {
-    /// Everything in the ball of the stroke that hangs together.
+    /// Everything connected in the ball of the stroke.
     #[default]
     Through,
     /// A layer of this thickness, m, 0 or more, under the side of the surface that faces the tool; of a solid one cell at least.

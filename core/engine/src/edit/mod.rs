@@ -135,7 +135,7 @@ pub trait EditKind: Sync {
         false
     }
 
-    /// Whether it changes what hangs together, as a cut does.
+    /// Whether it changes the connectivity, as a cut does.
     fn changes_topology(&self) -> bool {
         self.cuts()
     }

@@ -62,7 +62,7 @@ impl Session {
         slot.tool.set_action(None);
     }
 
-    /// What hangs together has changed: sculpt layers from before are fixed.
+    /// The connectivity has changed: sculpt layers from before are fixed.
     pub(super) fn fix_layers(&mut self, time: f64) {
         self.history.topologies += 1;
         if let Some(name) = self.layers.fix(self.history.topologies, &self.bodies) {

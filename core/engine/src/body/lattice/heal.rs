@@ -17,7 +17,7 @@ pub struct PartedCells {
 }
 
 impl Lattice {
-    /// Pairs of surface points that hang together through what was healed.
+    /// Pairs of surface points that are connected through what was healed.
     pub(in crate::body) fn healed_pairs(&self) -> Vec<[u32; 2]> {
         self.fragments.healed_pairs()
     }

@@ -39,12 +39,12 @@ pub(in crate::session) struct SculptLayers {
     base: Vec<RestShape>,
     /// Shape of each body when strokes were last assigned.
     assigned: Vec<RestShape>,
-    /// Stamp of what hangs together: another one after each cut and stitch.
+    /// Stamp of the connectivity: another one after each cut and stitch.
     topology: u64,
 }
 
 impl SculptLayers {
-    /// Stamp of what hangs together.
+    /// Stamp of the connectivity.
     pub(in crate::session) fn topology(&self) -> u64 {
         self.topology
     }
@@ -114,7 +114,7 @@ impl SculptLayers {
         }
     }
 
-    /// A cut or a stitch has changed what hangs together, which now has the stamp `topology`: all layers are fixed in the base from now on. Returns
+    /// A cut or a stitch has changed the connectivity, which now has the stamp `topology`: all layers are fixed in the base from now on. Returns
     /// the name of the layer that recorded.
     pub(in crate::session) fn fix(&mut self, topology: u64, bodies: &[Body]) -> Option<Arc<str>> {
         self.topology = topology;

@@ -6,7 +6,7 @@ use pliant_solver::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
 impl Fragments {
-    /// Pairs of surface points of what hangs together in cut cells through a cell that was healed: enough pairs to tell that their parts of the surface
+    /// Pairs of surface points of what is connected in cut cells through a cell that was healed: enough pairs to tell that their parts of the surface
     /// are one; none where nothing was healed.
     pub fn healed_pairs(&self) -> Vec<[u32; 2]> {
         if !self.cells.values().any(|cell| cell.is_healed) {
