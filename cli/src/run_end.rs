@@ -2,7 +2,7 @@
 
 use crate::outcome::{Failure, Outcome};
 use crate::output::{count, format_seconds, note, print_json};
-use pliant_engine::session::Warning;
+use pliant_engine::session::{EventKind, Warning};
 use pliant_live::{LiveSummary, Percentiles};
 use pliant_record::{CutSummary, ProbeResult, Summary};
 use std::path::Path;
@@ -34,14 +34,28 @@ pub fn strict_failure(warnings: &[Warning]) -> Failure {
     Failure::input(format!("{} (`--strict`):\n{}", count(warnings.len() as u64, "warning"), lines.join("\n")))
 }
 
-/// Prints the summary of a run whose results are in `folder`: as JSON if asked for, else for people unless `quiet`.
+/// Prints the summary of a run whose results are in `folder`: as JSON if asked for, else for people. If `quiet`, people read only what makes the
+/// exit code another than 0.
 pub fn print_summary(summary: &Summary, folder: &Path, json: bool, quiet: bool) -> Result<(), Failure> {
     if json {
         print_json(summary)?;
-    } else if !quiet {
+    } else if quiet {
+        note_failures(summary);
+    } else {
         note_summary(summary, folder);
     }
     Ok(())
+}
+
+/// Prints the checks that failed, why bodies were frozen, and how often a device was lost.
+fn note_failures(summary: &Summary) {
+    summary.probes.iter().filter(|probe| probe.passed == Some(false)).for_each(note_probe);
+    for body in &summary.bodies {
+        if let Some(reason) = &body.frozen {
+            note(&format!("body {} was frozen: {reason}", body.name));
+        }
+    }
+    summary.event_counts.iter().filter(|(kind, _)| **kind == EventKind::DeviceLost).for_each(note_event_count);
 }
 
 /// Prints the summary for people.
@@ -77,10 +91,7 @@ fn note_summary(summary: &Summary, folder: &Path) {
     let contact = format_seconds(summary.contact_steps as f64 * summary.dt);
     note(&format!("in contact for {contact}, largest force {:.4} N", summary.largest_force));
     summary.probes.iter().for_each(note_probe);
-    for (kind, number) in &summary.event_counts {
-        let kind = serde_json::to_string(kind).unwrap_or_default();
-        note(&format!("event {}: {}", kind.trim_matches('"'), count(*number, "time")));
-    }
+    summary.event_counts.iter().for_each(note_event_count);
     for event in summary.events.iter().take(EVENTS_PRINTED) {
         note(&format!("  at {:.4} s: {}", event.time, event.text));
     }
@@ -93,6 +104,12 @@ fn note_summary(summary: &Summary, folder: &Path) {
     let folder = if summary.interrupted { folder.join("interrupted") } else { folder.to_path_buf() };
     let state = if summary.interrupted { "stopped; results so far are in" } else { "results are in" };
     note(&format!("{state} {}", folder.display()));
+}
+
+/// Prints how often there was an event of a kind.
+fn note_event_count((kind, number): (&EventKind, &u64)) {
+    let kind = serde_json::to_string(kind).unwrap_or_default();
+    note(&format!("event {}: {}", kind.trim_matches('"'), count(*number, "time")));
 }
 
 /// Prints the result of a probe for people.

@@ -25,7 +25,7 @@ grid = {{ level = 3, region = "whole" }}
 fn a_step_that_takes_too_long_stops_its_body_by_name_and_the_rest_goes_on() {
     let bench = Bench::new();
     bench.write("scene.toml", scene("faulty-plugins#takes-long"));
-    bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(3);
+    bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(3).says(&["takes-long", "patience"]);
     let summary = bench.summary("out");
     assert_eq!(summary["steps"], 50);
     let frozen = |i: usize| summary["bodies"][i]["frozen"].as_str().unwrap_or_default().to_owned();

@@ -55,7 +55,7 @@ pub struct RunArgs {
     /// Folder of the results [default: out/SCENE]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print neither progress nor a summary
+    /// Print neither progress nor a summary, only what fails
     #[arg(long, short)]
     pub quiet: bool,
     /// Run in a child process: a plugin that crashes, hangs or exits ends the child, and this program ends with exit code 3
@@ -110,7 +110,7 @@ pub struct ReplayArgs {
     /// Folder of the results [default: out/RECORDING.replay]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print neither progress nor a summary
+    /// Print neither progress nor a summary, only what fails
     #[arg(long, short)]
     pub quiet: bool,
 }
