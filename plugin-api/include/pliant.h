@@ -151,6 +151,9 @@ extern PLIANT_EXPORT const pliant_library pliant_entry;
 #define PLIANT_CAN_FAIL 256u /* with HAS_HISTORY: elements may fail; requires the extension pliant_failure with `failed` not NULL, without
                                 which the host refuses the material. A host that does not know the flag goes on with all elements. */
 
+#define PLIANT_WANTS_DIRECTIONS 512u /* tetrahedra: fibre directions; requires the extension pliant_directions. A host that does not know the flag
+                                      * calls `rest` of pliant_material: give the elements no fibres there. */
+
 typedef struct pliant_element_request {  /* a kind of element the material works on */
   size_t size;
   uint32_t kind, families, flags; /* families: of links, else 0 */
@@ -290,6 +293,17 @@ typedef struct pliant_failure {
    * said before. None has failed while its history is zero. [sim & active] */
   pliant_status (*failed)(const pliant_plugin *, const pliant_batch *, uint8_t *failed);
 } pliant_failure;
+
+/* Optional: fibre directions, for solids that are not the same in all directions. */
+#define PLIANT_DIRECTIONS "pliant.directions/1"
+typedef struct pliant_directions {
+  size_t size;
+  /* Not NULL. For requests with WANTS_DIRECTIONS the host calls it in place of `rest` of pliant_material; it writes the same rest_data.
+   * directions (m x 3): of each element the unit vector along its fibres, in the axes of `rest`, the shape at rest; three zeros for an element
+   * without fibres. Its sign has no meaning: the same line with the other sign gives the same energy. Where the host changes the shape at rest
+   * it calls again, with directions that have followed that shape as lines of the material. [sim & active] */
+  pliant_status (*rest)(const pliant_plugin *, const pliant_batch *, const double *directions, double *rest_data);
+} pliant_directions;
 
 /* Optional: the sources of the numbers behind a choice, printed by `pliant plugin info`. */
 #define PLIANT_SOURCES "pliant.sources/1"

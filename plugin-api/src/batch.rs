@@ -12,7 +12,13 @@ use core::slice::{from_raw_parts, from_raw_parts_mut};
 /// The elements of one call, all of one kind.
 ///
 /// "Range" in the shapes below is the number of elements of the call, n the number of nodes of the body.
-pub struct Elements<'a>(pub(crate) &'a abi::Batch, pub(crate) Strides, pub(crate) &'static [Param]);
+pub struct Elements<'a>(
+    pub(crate) &'a abi::Batch,
+    pub(crate) Strides,
+    pub(crate) &'static [Param],
+    /// Fibre directions of all elements of the kind (count x 3), or null.
+    pub(crate) *const f64,
+);
 
 /// Factors of a parameter that may differ from element to element.
 #[derive(Clone, Copy, Debug)]
@@ -175,6 +181,17 @@ impl<'a> Elements<'a> {
             return Field(&[]);
         }
         Field(self.plane(self.0.fields, plane, self.0.field_count))
+    }
+
+    /// The unit vector along the fibres of element `e` of the call, in the axes of the shape at rest; zero for an element without fibres, and
+    /// for all where the scene gives none or the host knows of no directions. Its sign has no meaning. For requests with [`abi::WANTS_DIRECTIONS`],
+    /// in [`Material::rest`](crate::Material::rest) alone: what other calls need of it belongs in the rest data.
+    ///
+    /// # Panics
+    /// If there are directions and the call has no element `e`.
+    pub fn direction(&self, e: usize) -> [f64; 3] {
+        let all: &[[f64; 3]] = self.range(self.3.cast());
+        if all.is_empty() { [0.0; 3] } else { all[e] }
     }
 
     /// Plane `s` of the history (range).

@@ -69,7 +69,8 @@ pub trait Material: Send + Sync + Sized + 'static {
     /// The kinds of elements the material works on, given its parameters.
     fn elements(&self) -> Vec<ElementRequest>;
 
-    /// Writes the rest data, from rest positions, measures and fields alone. Called for kinds with a rest stride above 0.
+    /// Writes the rest data, from rest positions, measures, fields and, with [`abi::WANTS_DIRECTIONS`], fibre directions alone
+    /// ([`Elements::direction`]). Called for kinds with a rest stride above 0.
     ///
     /// # Errors
     /// An element whose rest shape cannot be used.
@@ -196,7 +197,7 @@ pub struct ActiveMaterial<T> {
 impl<T> ActiveMaterial<T> {
     /// The elements of a batch.
     fn elements<'a>(&self, batch: &'a abi::Batch) -> Elements<'a> {
-        Elements(batch, self.strides(batch), self.declared)
+        Elements(batch, self.strides(batch), self.declared, core::ptr::null())
     }
 
     /// The planes of data of a batch.
@@ -221,6 +222,7 @@ impl<T: Material> Role for AsMaterial<T> {
             _ if id == abi::SINGLE => (&raw const *Self::SINGLE).cast(),
             _ if id == abi::NORMALS => (&raw const *Self::NORMALS).cast(),
             _ if id == abi::FAILURE => (&raw const *Self::FAILURE).cast(),
+            _ if id == abi::DIRECTIONS => (&raw const *Self::DIRECTIONS).cast(),
             _ if id == abi::SOURCES && !T::SOURCES.is_empty() => (&raw const *Self::SOURCES).cast(),
             _ => core::ptr::null(),
         }
@@ -265,6 +267,9 @@ impl<T: Material> AsMaterial<T> {
 
     const FAILURE: &'static abi::Failure =
         &abi::Failure { size: size_of::<abi::Failure>(), failed: Some(Self::failed) };
+
+    const DIRECTIONS: &'static abi::Directions =
+        &abi::Directions { size: size_of::<abi::Directions>(), rest: Some(Self::directed_rest) };
 
     const SOURCES: &'static abi::Sources =
         &abi::Sources { size: size_of::<abi::Sources>(), source: Some(Self::source) };
@@ -374,6 +379,22 @@ impl<T: Material> AsMaterial<T> {
                 active
                     .material
                     .rest(&active.elements(&*batch), &mut Planes::new(&*batch, out, active.strides(&*batch).rest))
+            })
+        }
+    }
+
+    unsafe extern "C" fn directed_rest(
+        plugin: *const abi::Plugin,
+        batch: *const abi::Batch,
+        directions: *const f64,
+        out: *mut f64,
+    ) -> Status {
+        // SAFETY: as in `rest`; `directions` holds three doubles for each element, borrowed for the call.
+        unsafe {
+            call::<Self, _>(plugin, |active| {
+                let mut elements = active.elements(&*batch);
+                elements.3 = directions;
+                active.material.rest(&elements, &mut Planes::new(&*batch, out, active.strides(&*batch).rest))
             })
         }
     }

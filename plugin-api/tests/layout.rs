@@ -34,6 +34,7 @@ fn rust_layout() -> String {
         SingleBlocks = "pliant_single_blocks" { size, values, slots, slot_begin, slot_end }
         Single = "pliant_single" { size, tangent }
         Failure = "pliant_failure" { size, failed }
+        Directions = "pliant_directions" { size, rest }
         Sources = "pliant_sources" { size, source }
         Surface = "pliant_surface" { size, points, point_count, triangles, triangle_count }
         Level = "pliant_level" { size, level, cells_per_axis, edge, origin, surface_cells, inside_cells, nodes }

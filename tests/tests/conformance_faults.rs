@@ -31,6 +31,10 @@ const FAULTS: &[(&str, &str)] = &[
     ("fails-by-position", "failure-follows-from-history"),
     ("field-ignored", "fields-scale-their-parameters"),
     ("field-of-neighbour", "fields-scale-their-parameters"),
+    ("fibres-keep-axes", "directions-turn-with-the-shape-at-rest"),
+    ("fibres-have-sign", "directions-have-no-sign"),
+    ("fibres-ignored", "directions-have-no-sign"),
+    ("oblique-fibres-off", "derivatives-hold-with-any-direction"),
     ("hinge-gradient-off", "coupled-strain-gradient"),
     ("hinge-not-objective", "coupled-strain-is-objective"),
     ("compliance-indefinite", "compliance-is-positive-definite"),
@@ -79,9 +83,16 @@ fn each_faulty_plugin_fails_its_case_and_no_other() {
 
 #[test]
 fn sound_plugins_fail_no_case() {
-    for id in
-        ["sound-springs", "sound-clay", "sound-thread", "sound-fields", "sound-net", "sound-brick", "sound-finger"]
-    {
+    for id in [
+        "sound-springs",
+        "sound-clay",
+        "sound-thread",
+        "sound-fields",
+        "sound-net",
+        "sound-fibres",
+        "sound-brick",
+        "sound-finger",
+    ] {
         assert_eq!(failed(&candidate(id)), [""; 0], "{id}");
     }
 }

@@ -2,6 +2,7 @@
 //! opened.
 
 mod check;
+mod fibres;
 
 pub(crate) use check::strength;
 

@@ -27,6 +27,24 @@ impl ForceModel for Material {
         Ok(self.instance.run("rest", || unsafe { rest(self.instance.plugin(), &batch(call), out.as_mut_ptr()) })?)
     }
 
+    fn directed_rest(
+        &self,
+        call: &ElementCall<'_>,
+        directions: &[[f64; 3]],
+        out: &mut [f64],
+    ) -> Result<(), ForceError> {
+        let count = call.elements.len() / call.corners;
+        // Elements without directions have no fibres.
+        let none = if directions.is_empty() { vec![[0.0; 3]; count] } else { Vec::new() };
+        let directions = if directions.is_empty() { &none } else { directions };
+        assert_eq!(directions.len(), count);
+        let rest = self.directions.and_then(|table| table.rest).expect("checked when it was opened");
+        // SAFETY: [sim & active]; a direction for each element; `out` holds the planes of all elements.
+        Ok(self.instance.run("rest", || unsafe {
+            rest(self.instance.plugin(), &batch(call), directions.as_ptr().cast(), out.as_mut_ptr())
+        })?)
+    }
+
     fn mass(&self, call: &ElementCall<'_>, out: &mut [f64]) -> Result<(), ForceError> {
         assert_eq!(out.len(), call.window.len());
         let (mass, base) = (self.table.mass.expect("checked"), out.as_mut_ptr().wrapping_sub(call.window.start));

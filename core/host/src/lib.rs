@@ -31,6 +31,7 @@ mod call_board;
 mod calls;
 mod choice_sources;
 mod device;
+mod directions;
 mod elf;
 mod error;
 mod f32_tangent;

@@ -22,6 +22,8 @@ pub struct Material {
     pub(crate) normals: Option<&'static abi::Normals>,
     /// Elements that have failed, if those of a request may be.
     pub(crate) failure: Option<&'static abi::Failure>,
+    /// Rest data of elements with fibre directions, if those of a request want them.
+    pub(crate) directions: Option<&'static abi::Directions>,
     /// Stiffness in single precision, if a request offers it.
     pub(crate) single: Option<&'static abi::Single>,
 }
@@ -51,8 +53,16 @@ impl Material {
             return Err(instance.error("extension", "the material's table has a null in it"));
         }
         let requests = Vec::new();
-        let mut material =
-            Self { instance, table, requests, coupled: None, normals: None, failure: None, single: None };
+        let mut material = Self {
+            instance,
+            table,
+            requests,
+            coupled: None,
+            normals: None,
+            failure: None,
+            directions: None,
+            single: None,
+        };
         material.read_requests()?;
         if material.requests.iter().any(|r| r.flags & abi::IS_COUPLED != 0) {
             let found = material.instance.extension_table(Extension::new::<abi::Coupled>(abi::COUPLED));
@@ -65,6 +75,7 @@ impl Material {
         }
         material.read_normals()?;
         material.read_failure()?;
+        material.read_directions()?;
         material.read_single()?;
         Ok(material)
     }

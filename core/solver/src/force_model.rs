@@ -92,6 +92,19 @@ pub trait ForceModel: Send + Sync {
     /// What the model reports, or a value that is not finite.
     fn rest(&self, call: &ElementCall<'_>, out: &mut [f64]) -> Result<(), ForceError>;
 
+    /// As [`ForceModel::rest`], of elements with fibre `directions`, unit vectors or zero (m x 3), empty where none has fibres (`WANTS_DIRECTIONS`).
+    ///
+    /// # Errors
+    /// As [`ForceModel::rest`].
+    fn directed_rest(
+        &self,
+        _call: &ElementCall<'_>,
+        _directions: &[[f64; 3]],
+        _out: &mut [f64],
+    ) -> Result<(), ForceError> {
+        Err(self.not_offered("directed_rest"))
+    }
+
     /// Adds masses, kg, to `out`, one per node of the call's window.
     ///
     /// # Errors

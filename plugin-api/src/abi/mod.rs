@@ -8,10 +8,12 @@
 //! Every struct but [`Param`] and [`Ball`] begins with `size`, its `size_of` as its author compiled it.
 
 mod device;
+mod directions;
 mod grid;
 mod material;
 
 pub use device::*;
+pub use directions::*;
 pub use grid::*;
 pub use material::*;
 

@@ -52,6 +52,8 @@ struct ElementSet {
     material: Vec<f64>,
     rest_data: Vec<f64>,
     history: Vec<f64>,
+    /// Fibre directions, along x at first (m); empty where the request does not want them.
+    directions: Vec<[f64; 3]>,
     /// Number of planes of `fields`.
     field_count: usize,
     /// Factors of the parameters that are fields (field_count x m), and a plane of NaN behind them that no material may read.
@@ -62,6 +64,15 @@ impl ElementSet {
     /// Number of elements.
     fn count(&self) -> usize {
         self.nodes.len() / self.corners
+    }
+
+    /// Middles of the elements at rest, m (m), from the rest positions of all nodes.
+    fn middles(&self, rest: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let middle = |nodes: &[u32]| {
+            let sum = |i: usize| nodes.iter().map(|n| rest[*n as usize][i]).sum::<f64>();
+            [0, 1, 2].map(|i| sum(i) / self.corners as f64)
+        };
+        self.nodes.chunks_exact(self.corners).map(middle).collect()
     }
 
     /// Number of blocks: one for each pair of corners of each element.
@@ -93,7 +104,8 @@ pub struct SummedBlocks {
 }
 
 impl Body {
-    /// A body at rest with the elements `elements` gives for each request of `material`, and their rest data.
+    /// A body at rest with the elements `elements` gives for each request of `material`, and their rest data. Elements that want fibre
+    /// directions have them along x.
     ///
     /// # Errors
     /// The material's fault about the rest shape.
@@ -120,6 +132,7 @@ impl Body {
                 material: list.material,
                 rest_data: vec![0.0; count * request.rest_stride as usize],
                 history: vec![0.0; count * request.history_stride as usize],
+                directions: vec![[1.0, 0.0, 0.0]; if request.flags & abi::WANTS_DIRECTIONS != 0 { count } else { 0 }],
                 field_count: 0,
                 fields: Vec::new(),
             });
@@ -132,7 +145,11 @@ impl Body {
     fn write_rest_data<S: MaterialUnderTest + ?Sized>(&mut self, material: &S) -> Result<(), Fault> {
         for s in (0..self.sets.len()).filter(|s| self.sets[*s].request.rest_stride > 0).collect::<Vec<_>>() {
             let mut data = std::mem::take(&mut self.sets[s].rest_data);
-            let written = material.call_rest(&self.call(s, 0..self.sets[s].count()), &mut data);
+            let (set, call) = (&self.sets[s], self.call(s, 0..self.sets[s].count()));
+            let written = match set.request.flags & abi::WANTS_DIRECTIONS {
+                0 => material.call_rest(&call, &mut data),
+                _ => material.call_directed_rest(&call, &set.directions, &mut data),
+            };
             self.sets[s].rest_data = data;
             written?;
         }
@@ -151,11 +168,7 @@ impl Body {
         factor: impl Fn(usize, [f64; 3]) -> f64,
     ) -> Result<(), Fault> {
         for set in &mut self.sets {
-            let middles = set.nodes.chunks_exact(set.corners).map(|nodes| {
-                let sum = |i: usize| nodes.iter().map(|n| self.rest[*n as usize][i]).sum::<f64>();
-                [0, 1, 2].map(|i| sum(i) / set.corners as f64)
-            });
-            let middles: Vec<[f64; 3]> = middles.collect();
+            let middles = set.middles(&self.rest);
             set.field_count = count;
             set.fields = (0..count)
                 .flat_map(|field| middles.iter().map(move |m| (field, *m)))
@@ -163,6 +176,37 @@ impl Body {
                 .collect();
             set.fields.resize((count + 1) * middles.len(), f64::NAN);
         }
+        self.write_rest_data(material)
+    }
+
+    /// Sets the fibre directions of elements that want them: `direction(middle of the element at rest, m)`, a unit vector or zero. The material writes
+    /// its rest data again.
+    ///
+    /// # Errors
+    /// The material's fault.
+    pub fn set_directions<S: MaterialUnderTest + ?Sized>(
+        &mut self,
+        material: &S,
+        mut direction: impl FnMut([f64; 3]) -> [f64; 3],
+    ) -> Result<(), Fault> {
+        for set in self.sets.iter_mut().filter(|set| set.request.flags & abi::WANTS_DIRECTIONS != 0) {
+            set.directions = set.middles(&self.rest).into_iter().map(&mut direction).collect();
+        }
+        self.write_rest_data(material)
+    }
+
+    /// Turns the shape at rest with its fibre directions by `rotation`, a rotation about the origin; positions and velocities stay. The material
+    /// writes its rest data again.
+    ///
+    /// # Errors
+    /// The material's fault.
+    pub fn rotate_rest<S: MaterialUnderTest + ?Sized>(
+        &mut self,
+        material: &S,
+        rotation: impl Fn([f64; 3]) -> [f64; 3],
+    ) -> Result<(), Fault> {
+        self.rest.iter_mut().for_each(|r| *r = rotation(*r));
+        self.sets.iter_mut().flat_map(|set| &mut set.directions).for_each(|d| *d = rotation(*d));
         self.write_rest_data(material)
     }
 

@@ -222,6 +222,14 @@ impl MaterialUnderTest for TestInstance {
         self.check(unsafe { rest(self.plugin, &call.batch, out.as_mut_ptr()) })
     }
 
+    fn call_directed_rest(&self, call: &Call<'_>, directions: &[[f64; 3]], out: &mut [f64]) -> Result<(), Fault> {
+        assert!(directions.len() >= call.batch.count, "a direction for each element");
+        let table = self.extension::<abi::Directions>(abi::DIRECTIONS)?;
+        let rest = non_null(table.ok_or(Fault::unsupported("`pliant.directions/1` is not offered"))?.rest)?;
+        // SAFETY: see above.
+        self.check(unsafe { rest(self.plugin, &call.batch, directions.as_ptr().cast(), out.as_mut_ptr()) })
+    }
+
     fn call_mass(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= call.batch.nodes, "one mass a node");
         let mass = non_null(self.material()?.mass)?;

@@ -18,12 +18,12 @@ pub struct Call<'a> {
 impl Call<'_> {
     /// The elements of the call.
     pub fn elements(&self) -> Elements<'_> {
-        Elements(&self.batch, self.strides, &[])
+        Elements(&self.batch, self.strides, &[], core::ptr::null())
     }
 
     /// The elements of the call, for a material that declares these parameters.
     fn elements_of<M: Material>(&self) -> Elements<'_> {
-        Elements(&self.batch, self.strides, M::INFO.params)
+        Elements(&self.batch, self.strides, M::INFO.params, core::ptr::null())
     }
 }
 
@@ -42,6 +42,12 @@ pub trait MaterialUnderTest {
     /// # Errors
     /// The material's fault.
     fn call_rest(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault>;
+
+    /// Writes rest data of elements with fibre `directions`, unit vectors or zero (m x 3).
+    ///
+    /// # Errors
+    /// The material's fault.
+    fn call_directed_rest(&self, call: &Call<'_>, directions: &[[f64; 3]], out: &mut [f64]) -> Result<(), Fault>;
 
     /// Adds lumped masses, kg (n).
     ///
@@ -167,6 +173,14 @@ impl<M: Material> MaterialUnderTest for M {
     fn call_rest(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {
         assert!(out.len() >= call.strides.rest * call.batch.count, "planes of every element");
         self.rest(&call.elements_of::<M>(), &mut Planes::new(&call.batch, out.as_mut_ptr(), call.strides.rest))
+    }
+
+    fn call_directed_rest(&self, call: &Call<'_>, directions: &[[f64; 3]], out: &mut [f64]) -> Result<(), Fault> {
+        assert!(out.len() >= call.strides.rest * call.batch.count, "planes of every element");
+        assert!(directions.len() >= call.batch.count, "a direction for every element");
+        let mut elements = call.elements_of::<M>();
+        elements.3 = directions.as_ptr().cast();
+        self.rest(&elements, &mut Planes::new(&call.batch, out.as_mut_ptr(), call.strides.rest))
     }
 
     fn call_mass(&self, call: &Call<'_>, out: &mut [f64]) -> Result<(), Fault> {

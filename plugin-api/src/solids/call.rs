@@ -1,6 +1,7 @@
 //! The calls of a material, for a solid with an energy density.
 
 use super::energy::SolidEnergy;
+use super::fibres::FibrePlanes;
 use super::kernel::{Forces, Tangent};
 use super::matrix::Mat3;
 use super::tetrahedron::{STRIDE, Tetrahedron, at_corners, rest_planes};
@@ -25,22 +26,28 @@ pub fn add_mass(elements: &Elements<'_>, density: impl Fn(usize) -> f64, out: &m
     }
 }
 
-/// The shapes at rest of a call's elements, and their plastic flow if they have any.
+/// The shapes at rest of a call's elements, and their plastic flow or fibres if they have any.
 #[derive(Clone, Copy)]
 pub struct Shapes<'a> {
     rest: [&'a [f64]; STRIDE],
     flow: Option<[&'a [f64]; 9]>,
+    pub(super) fibres: Option<FibrePlanes<'a>>,
 }
 
 impl<'a> Shapes<'a> {
     /// The shapes of elements whose rest data [`write_rest_data`](super::write_rest_data) wrote.
     pub fn new(elements: &Elements<'a>) -> Self {
-        Self { rest: rest_planes(elements), flow: None }
+        Self { rest: rest_planes(elements), flow: None, fibres: None }
     }
 
     /// The same after a plastic deformation Fp: planes of `Fp^-1 - I` by rows, from the history. The energy is then one of `F Fp^-1`.
     pub fn after_flow(self, flow: [&'a [f64]; 9]) -> Self {
         Self { flow: Some(flow), ..self }
+    }
+
+    /// The same with fibres, whose rest data [`write_fibres`](super::write_fibres) wrote.
+    fn with_fibres(self, elements: &Elements<'a>) -> Self {
+        Self { fibres: Some(FibrePlanes::new(elements)), ..self }
     }
 
     /// Shapes of elements `e, e + 1, ..`, one per lane; lanes past the end repeat the last one.
@@ -87,7 +94,8 @@ pub struct SolidCall<'a, E> {
 impl<'a, E: SolidEnergy> SolidCall<'a, E> {
     /// A call for elements whose rest data [`write_rest_data`](super::write_rest_data) wrote, without plastic flow.
     pub fn new(energy: &'a E, elements: &'a Elements<'a>) -> Self {
-        Self { energy, elements, shapes: Shapes::new(elements) }
+        let shapes = Shapes::new(elements);
+        Self { energy, elements, shapes: if E::HAS_FIBRES { shapes.with_fibres(elements) } else { shapes } }
     }
 
     /// Sum of the energies, J.
@@ -98,7 +106,12 @@ impl<'a, E: SolidEnergy> SolidCall<'a, E> {
         let x = self.elements.x();
         let energies = self.elements.corners::<4>().iter().enumerate().map(|(e, &nodes)| {
             let shape = self.shapes.at(e);
-            shape.volume * self.energy.density(&shape.deformation_gradient(at_corners(nodes, x)))
+            let f = shape.deformation_gradient(at_corners(nodes, x));
+            let density = self.energy.density(&f);
+            match &self.shapes.fibres {
+                Some(fibres) => shape.volume * (density + fibres.density(self.energy, e, &f)),
+                None => shape.volume * density,
+            }
         });
         finite(energies.sum())
     }

@@ -26,6 +26,11 @@ impl<E: SolidEnergy> WithSimd for Forces<'_, '_, '_, E> {
             let shape = shapes.load(simd, e);
             let f = shape.deformation_gradient(gather(simd, nodes, e, elements.x()));
             let mut stress = energy.stress(&f);
+            if E::HAS_FIBRES
+                && let Some(fibres) = &shapes.fibres
+            {
+                fibres.load(simd, *energy, e, &f).add_stress(&mut stress);
+            }
             if viscosity.shear > 0.0 {
                 let f_rate = shape.deformation_gradient(gather(simd, nodes, e, elements.v()));
                 add_viscous_stress(&f, &f_rate, viscosity, &mut stress);
@@ -63,6 +68,10 @@ impl<E: SolidEnergy, T: BlockScalar> WithSimd for Tangent<'_, '_, '_, E, T> {
             } else {
                 Some(Stiffness::new(&shape, scale.stiffness, energy.hessian(&f)))
             };
+            let fibres = match &shapes.fibres {
+                Some(fibres) if E::HAS_FIBRES && scale.stiffness != 0.0 => Some(fibres.load(simd, *energy, e, &f)),
+                _ => None,
+            };
             let damping = if viscosity.shear == 0.0 { None } else { Some(Damping::new(&shape, &f, viscosity)) };
             for (a, b) in CORNER_PAIRS {
                 if a == b && !T::HAS_DIAGONAL_BLOCKS {
@@ -71,6 +80,9 @@ impl<E: SolidEnergy, T: BlockScalar> WithSimd for Tangent<'_, '_, '_, E, T> {
                 let mut block = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 3];
                 if let Some(stiffness) = &stiffness {
                     block = stiffness.block(a, b);
+                }
+                if let Some(fibres) = &fibres {
+                    fibres.add_block(&shape, scale.stiffness, (a, b), &mut block);
                 }
                 if let Some(damping) = &damping {
                     damping.add_block(a, b, &mut block);

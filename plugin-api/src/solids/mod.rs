@@ -11,9 +11,11 @@
 
 mod call;
 mod energy;
+mod fibres;
 mod hessian;
 mod kernel;
 pub mod matrix;
+mod neo_hookean;
 mod registers;
 mod svd;
 #[cfg(test)]
@@ -23,8 +25,10 @@ mod viscosity;
 
 pub use call::{Shapes, SolidCall, add_mass, requests};
 pub use energy::SolidEnergy;
+pub use fibres::{FIBRE_STRIDE, FibreEnergy, with_fibres, write_fibres};
 pub use hessian::{EnergyHessian, PrincipalModes, Stiffness};
 pub use matrix::Mat3;
+pub use neo_hookean::StableNeoHookean;
 pub use registers::{CORNER_PAIRS, ElementBlocks, gather, scatter};
 pub use svd::{Eigen, Svd, svd, symmetric_eigen};
 pub use tetrahedron::{STRIDE, Tetrahedron, at_corners, rest_planes, write_rest_data};

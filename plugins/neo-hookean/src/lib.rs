@@ -8,15 +8,14 @@
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
-mod energy;
 mod kernel;
 mod plasticity;
 
-use energy::Moduli;
 use plasticity::{HISTORY, Plasticity};
 use pliant_plugin_api::lanes::{Real, vector_unit};
 use pliant_plugin_api::solids::{
-    EnergyHessian, Mat3, Shapes, SolidCall, SolidEnergy, ViscosityCoefficients, add_mass, requests, write_rest_data,
+    EnergyHessian, Mat3, Shapes, SolidCall, SolidEnergy, StableNeoHookean, ViscosityCoefficients, add_mass, requests,
+    write_rest_data,
 };
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
@@ -26,7 +25,7 @@ use pliant_plugin_api::{
 /// The material of one body.
 pub struct NeoHookean {
     /// Constants of the energy density.
-    moduli: Moduli,
+    moduli: StableNeoHookean,
     /// Mass per volume, kg/m^3.
     density: f64,
     /// Coefficients of viscosity.
@@ -120,7 +119,7 @@ impl Material for NeoHookean {
         let first_lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
         let (time, yield_strain) = (params.number("damping-time"), params.number("yield-strain"));
         Ok(Self {
-            moduli: Moduli::new(shear, first_lame),
+            moduli: StableNeoHookean::new(shear, first_lame),
             density: params.number("density"),
             viscosity: ViscosityCoefficients { shear: time * shear, dilatation: time * first_lame },
             plasticity: (yield_strain > 0.0).then(|| {

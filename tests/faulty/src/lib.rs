@@ -2,12 +2,14 @@
 //! comes from the fault.
 
 mod device;
+mod fibres;
 mod grid;
 mod material;
 mod normals;
 mod sheet;
 
 use device::FingerDevice;
+use fibres::FibreSolid;
 use grid::BoxGrid;
 pub use material::SpringMaterial;
 use pliant_plugin_api::{AsDevice, AsGrid, AsMaterial, Info, Param, export_plugins};
@@ -128,6 +130,14 @@ pub mod fault {
     pub const FIELD_IGNORED: u8 = 71;
     /// As [`FIELDS`], and takes the factor of the next spring of the list.
     pub const FIELD_OF_NEIGHBOUR: u8 = 72;
+    /// Has stiffer fibres along x.
+    pub const FIBRES_KEEP_AXES: u8 = 92;
+    /// Has stiffer fibres in one of the two directions of a line.
+    pub const FIBRES_HAVE_SIGN: u8 = 93;
+    /// Has no fibres, whatever their direction.
+    pub const FIBRES_IGNORED: u8 = 94;
+    /// Returns 1.01 times the energy of fibres that go neither along nor across an edge or diagonal of a cell.
+    pub const OBLIQUE_FIBRES_OFF: u8 = 95;
     /// Pulls a tenth less beyond a strain of 0.6, and its energy does not.
     pub const WEAK_WHEN_STRETCHED: u8 = 80;
     /// Returns 1.01 times the energy where a parameter is not the default.
@@ -213,6 +223,11 @@ export_plugins!(
     AsMaterial<SpringSheet<NORMALS_NOT_OBJECTIVE>>,
     AsMaterial<SpringSheet<NORMALS_PULL_AT_REST>>,
     AsMaterial<SpringSheet<TILT_TOO_SOFT>>,
+    AsMaterial<FibreSolid<NONE>>,
+    AsMaterial<FibreSolid<FIBRES_KEEP_AXES>>,
+    AsMaterial<FibreSolid<FIBRES_HAVE_SIGN>>,
+    AsMaterial<FibreSolid<FIBRES_IGNORED>>,
+    AsMaterial<FibreSolid<OBLIQUE_FIBRES_OFF>>,
     AsGrid<BoxGrid<NONE>>,
     AsGrid<BoxGrid<PANIC>>,
     AsGrid<BoxGrid<NAN>>,

@@ -11,6 +11,7 @@
 mod bounds;
 mod contact_points;
 mod cut;
+mod directions;
 mod embed;
 mod fields;
 mod fragments;
@@ -28,6 +29,7 @@ mod state;
 mod torn_triangles;
 mod untangle;
 
+use super::fibres::Fibres;
 use super::fields::Fields;
 use super::fixing::Fixing;
 use super::grid_pool::PooledGrid;
@@ -41,7 +43,7 @@ use paint::LatticePaint;
 use pliant_host::{HostError, Region};
 use pliant_plugin_api::abi::{self, Ball, Level};
 use pliant_solver::ForceError;
-use pliant_solver::{Constraint, Nodes, StepTime, System};
+use pliant_solver::{Constraint, Nodes, StepTime, System, Vec3};
 use point_bindings::PointBindings;
 pub(in crate::body) use rest_offsets::{RestOffset, RestOffsets};
 use smooth::SmoothEmbedding;
@@ -144,10 +146,14 @@ pub struct Lattice {
     pinned: Vec<bool>,
     /// Fields of parameters of the material.
     pub fields: Option<Arc<Fields>>,
+    /// Directions of fibres, if the material takes them and the scene gives them.
+    pub fibres: Option<Arc<Fibres>>,
     /// Factor of the material's stiffness; `None` if the material has none that may change.
     pub stiffness: Option<StiffnessFactor>,
     /// Factors of cells by id; evaluated on first use.
     factors_of_cell: HashMap<u64, Arc<[f64]>>,
+    /// Directions of the fibres of cells by id, in the undeformed grid; evaluated on first use.
+    direction_of_cell: HashMap<u64, Vec3>,
     /// Nodes whose velocity returns them to rest.
     returning: Vec<u32>,
     driven: Vec<DrivenNode>,
@@ -212,8 +218,10 @@ impl Lattice {
             paint: LatticePaint::default(),
             pinned: Vec::new(),
             fields: None,
+            fibres: None,
             stiffness: None,
             factors_of_cell: HashMap::new(),
+            direction_of_cell: HashMap::new(),
             returning: Vec::new(),
             driven: Vec::new(),
             rest_offsets: RestOffsets::new(),

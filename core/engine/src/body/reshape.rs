@@ -43,6 +43,7 @@ impl Body {
                     settled[vertex as usize] += d;
                     moved.push(vertex);
                 }
+                lattice.list_directions(system);
                 system.rest()?;
             }
             Discretization::Sheet(sheet) => {

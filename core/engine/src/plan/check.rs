@@ -104,11 +104,11 @@ pub(super) fn images(edit: &EditScene, source: &Source) -> Result<Vec<Axes>, Sce
 }
 
 /// Checks with the source for error messages.
-struct Check<'a>(&'a Source);
+pub(super) struct Check<'a>(&'a Source);
 
 impl Check<'_> {
     /// An error at a span of the source.
-    fn wrong(&self, span: Range<usize>, text: impl Into<String>) -> Result<(), SceneError> {
+    pub(super) fn wrong(&self, span: Range<usize>, text: impl Into<String>) -> Result<(), SceneError> {
         Err(self.0.error(span, text))
     }
 
@@ -205,6 +205,7 @@ impl Check<'_> {
         self.above(body.grid.relaxation.get_ref().si, body.grid.relaxation.span(), "relaxation", " s")?;
         let region = if body.sheet.is_some() { Extent::Whole } else { body.grid.region };
         body.field.iter().try_for_each(|field| self.field(field))?;
+        self.fibres(body)?;
         body.fixed.iter().try_for_each(|fixed| self.fixed(fixed, region))
     }
 
@@ -246,7 +247,7 @@ impl Check<'_> {
     }
 
     /// Checks the corners of a box and the radius of a ball.
-    fn place(
+    pub(super) fn place(
         &self,
         corners: Option<&[[Length; 3]; 2]>,
         radius: Option<&Length>,

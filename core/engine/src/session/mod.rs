@@ -7,6 +7,7 @@ mod devices;
 mod edits;
 mod error;
 mod event;
+mod fibres;
 mod fields;
 mod frame;
 mod hand_events;

@@ -322,8 +322,11 @@ impl Opening<'_> {
         let model = Arc::clone(&shared.model);
         super::fields::check_paint_range(edits, self.source, info, &settings)?;
         let fields = super::fields::fields(scene, self.source, info, &settings, &shared)?;
+        let fibres = super::fibres::fibres(scene, self.source, &material, &shared)?;
         let files = scene.field.iter().filter_map(|field| field.get_ref().file());
         let files = files.filter(|file| !self.source.factors.contains_key(file.get_ref()));
+        self.field_files.extend(files.map(|file| self.source.folder().join(file.get_ref())));
+        let files = scene.fibre.iter().filter_map(|fibre| fibre.get_ref().csv.as_ref());
         self.field_files.extend(files.map(|file| self.source.folder().join(file.get_ref())));
         let mut discretization = match &scene.sheet {
             Some(sheet) => {
@@ -338,13 +341,15 @@ impl Opening<'_> {
         let params = info.fields().map(|param| param.key.clone()).collect();
         let stiffness = plane.map(|plane| StiffnessFactor::new(plane, info.fields().count()));
         match &mut discretization {
-            Discretization::Lattice(lattice) => (lattice.fields, lattice.stiffness) = (fields, stiffness),
+            Discretization::Lattice(lattice) => {
+                (lattice.fields, lattice.fibres, lattice.stiffness) = (fields, fibres, stiffness);
+            }
             Discretization::Sheet(sheet) => (sheet.fields, sheet.stiffness) = (fields, stiffness),
         }
         let made = if scene.sheet.is_some() { CutMesh::sheet } else { CutMesh::new };
         let measured_key = |lattice: &Lattice| {
             let (grid, settings) = (lattice.grid.key(), &lattice.settings);
-            format!("{grid} {settings:?} {material_key} {:?}", scene.field)
+            format!("{grid} {settings:?} {material_key} {:?} {:?}", scene.field, scene.fibre)
         };
         self.measured_keys.push(discretization.lattice().map(measured_key).unwrap_or_default());
         let skin = Skin::new(&model, shared.tree);

@@ -6,7 +6,7 @@ use crate::body::{Body, Model, Place};
 use crate::scene::{BodyScene, Scene, Source};
 use pliant_host::Region;
 use pliant_mesh::geometry::Vec3;
-use pliant_plugin_api::abi::Ball;
+use pliant_plugin_api::abi::{self, Ball};
 use std::ops::Range;
 
 impl Session {
@@ -54,6 +54,14 @@ impl Session {
                 place: of_body.clone(),
                 message,
             }));
+            if given.fibre.is_empty() && body.system.sets.iter().any(|set| set.has(abi::WANTS_DIRECTIONS)) {
+                let message = format!(
+                    "material `{0}` of body `{name}` takes fibre directions and the scene gives none, so it has no fibres; `[[body.fibre]]` gives them",
+                    body.system.material.name()
+                );
+                let place = place(given.material.plugin.span());
+                found.push(Warning { code: WarningCode::NoFibres, place, message });
+            }
             for (fixing, spanned) in body.fixings.iter().zip(&given.fixed) {
                 if is_empty_selection(body, &fixing.place)? {
                     let Extents { min, max } = extents;

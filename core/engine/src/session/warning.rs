@@ -31,6 +31,8 @@ pub enum WarningCode {
     FixesNothing,
     /// No body met an obstacle.
     MeetsNothing,
+    /// A material takes fibre directions, and the scene gives none.
+    NoFibres,
     /// The hand felt no force during an edit.
     NoForce,
     /// A touch pressed a body but moved none of its vertices.
@@ -56,6 +58,7 @@ impl WarningCode {
             Self::FewerThreads => "fewer-threads",
             Self::FixesNothing => "fixes-nothing",
             Self::MeetsNothing => "meets-nothing",
+            Self::NoFibres => "no-fibres",
             Self::NoForce => "no-force",
             Self::MovesNoVertex => "moves-no-vertex",
             Self::OnePart => "one-part",

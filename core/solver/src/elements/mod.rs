@@ -22,6 +22,8 @@ pub struct ElementList {
     pub material: Vec<f64>,
     /// Factors of the material's parameters that may differ from element to element (fields x m), or empty.
     pub fields: Vec<f64>,
+    /// Fibre directions in the axes of the rest shape, unit vectors or zero (m x 3), or empty (`WANTS_DIRECTIONS`).
+    pub directions: Vec<[f64; 3]>,
 }
 
 /// The elements of one request with their rest data, history and chunks.
@@ -217,7 +219,11 @@ impl ElementSet {
         data.resize(count * self.request.rest_stride as usize, 0.0);
         let written = if count > 0 && self.request.rest_stride > 0 {
             let whole = Chunk { range: 0..count, window: 0..nodes.x.len() };
-            material.rest(&self.call(&whole, nodes, &nodes.v, StepTime::default()), &mut data)
+            let call = self.call(&whole, nodes, &nodes.v, StepTime::default());
+            match self.has(abi::WANTS_DIRECTIONS) {
+                true => material.directed_rest(&call, &self.list.directions, &mut data),
+                false => material.rest(&call, &mut data),
+            }
         } else {
             Ok(())
         };

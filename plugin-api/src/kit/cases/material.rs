@@ -16,7 +16,7 @@ use super::repeatability::{
     calls_are_bit_identical, instances_are_independent, no_allocation, state_is_bit_identical,
     threads_are_bit_identical,
 };
-use super::{Case, Verdict, describe_fault, ensure, far_from_rest, fields, history, normals, single};
+use super::{Case, Verdict, describe_fault, directions, ensure, far_from_rest, fields, history, normals, single};
 use crate::abi;
 use crate::material::TangentScale;
 
@@ -85,6 +85,21 @@ pub(super) const CASES: &[Case] = &[
         name: "fields-scale-their-parameters",
         promise: "a field of a parameter multiplies its number, in every element by the element's own factor",
         run: fields::scale_their_parameters,
+    },
+    Case {
+        name: "directions-turn-with-the-shape-at-rest",
+        promise: "turning the shape at rest together with the fibre directions changes neither energy nor forces",
+        run: directions::turn_with_the_shape_at_rest,
+    },
+    Case {
+        name: "directions-have-no-sign",
+        promise: "a fibre direction and its opposite give the same energy and forces, and one across gives others",
+        run: directions::have_no_sign,
+    },
+    Case {
+        name: "derivatives-hold-with-any-direction",
+        promise: "the force is minus the gradient of the energy with random fibre directions, and an exact matrix that of the force",
+        run: directions::derivatives_hold,
     },
     Case {
         name: "coupled-strain-gradient",

@@ -4,6 +4,7 @@ mod common;
 mod coupled;
 mod derivatives;
 mod device;
+mod directions;
 mod far_from_rest;
 mod fields;
 mod grid;

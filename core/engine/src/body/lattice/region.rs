@@ -160,6 +160,7 @@ impl Lattice {
         self.constrain(fixings, &mut system.nodes);
         self.list_elements(system)?;
         self.list_fields(system);
+        self.list_directions(system);
         system.prepare()?;
         histories.restore(system, &old_node);
         super::check_mass(system)
@@ -341,6 +342,7 @@ impl Lattice {
         Arc::make_mut(&mut skin.tree).refit(&skin.settled, &model.surface.triangles, &triangles);
         nodes.rest.copy_from_slice(&nodes.x);
         system.clear_history();
+        self.list_directions(system);
         system.rest()?;
         Ok(triangles)
     }

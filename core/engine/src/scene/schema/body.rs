@@ -1,6 +1,6 @@
 //! The `[[body]]` entries of a scene file: model, material, discretization, fixings and fields.
 
-use super::{Angle, Length, Level, SeamScene, Time};
+use super::{Angle, FibreScene, Length, Level, SeamScene, Time};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -52,6 +52,10 @@ pub struct BodyScene {
     #[serde(default)]
     #[schemars(with = "Vec<FieldScene>")]
     pub field: Vec<Spanned<FieldScene>>,
+    /// Directions of the fibres of a solid whose material takes them; where several entries apply, the last one counts.
+    #[serde(default)]
+    #[schemars(with = "Vec<FibreScene>")]
+    pub fibre: Vec<Spanned<FibreScene>>,
     /// Seams of a sheet, closed from the start: as of a sewing pattern.
     #[serde(default)]
     #[schemars(with = "Vec<SeamScene>")]

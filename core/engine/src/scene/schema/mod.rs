@@ -2,6 +2,7 @@
 
 mod body;
 mod edit;
+mod fibre;
 mod hand;
 mod level;
 mod obstacle;
@@ -9,6 +10,7 @@ mod seam;
 
 pub use body::*;
 pub use edit::*;
+pub use fibre::*;
 pub use hand::*;
 pub use level::Level;
 pub use obstacle::*;

@@ -5,7 +5,7 @@ mod painted;
 
 use super::shared::SharedModel;
 use crate::body::{FieldSurface, Fields, Layer, Place};
-use crate::scene::{BodyScene, FieldScene, SceneError, Source};
+use crate::scene::{BodyScene, FieldScene, Length, SceneError, Source};
 use on_surface::SurfaceSource;
 pub(super) use painted::{check_paint_range, refusal};
 use pliant_host::{ParamKind, ParamSettings, ParamValue, PluginInfo};
@@ -85,7 +85,7 @@ fn check_factors(key: &str, factors: [f64; 2], info: &PluginInfo, settings: &Par
 fn layer(spanned: &Spanned<FieldScene>, source: &Source, shared: &SharedModel) -> Result<Layer, SceneError> {
     let (field, span) = (spanned.get_ref(), spanned.span());
     let surface = &shared.model.surface;
-    if let Some(place) = place(field) {
+    if let Some(place) = place_of(field.box_.as_ref(), field.ball.as_ref(), field.radius.as_ref()) {
         if !meets(&place, surface.bounds().min, surface.bounds().max) {
             let (min, max) = (surface.bounds().min, surface.bounds().max);
             let text = format!(
@@ -119,19 +119,24 @@ fn factor(field: &FieldScene, source: &Source, span: &std::ops::Range<usize>) ->
     }
 }
 
-/// The box or ball of an entry.
-fn place(field: &FieldScene) -> Option<Place> {
-    match (&field.box_, &field.ball) {
-        (Some([min, max]), _) => Some(Place::Box { min: min.map(|c| c.si).into(), max: max.map(|c| c.si).into() }),
+/// The box or ball of an entry; `None` for one without.
+pub(super) fn place_of(
+    corners: Option<&[[Length; 3]; 2]>,
+    ball: Option<&[Length; 3]>,
+    radius: Option<&Length>,
+) -> Option<Place> {
+    let point = |point: &[Length; 3]| Vec3::from(point.map(|c| c.si));
+    match (corners, ball) {
+        (Some([min, max]), _) => Some(Place::Box { min: point(min), max: point(max) }),
         (None, Some(centre)) => {
-            Some(Place::Ball { centre: centre.map(|c| c.si).into(), radius: field.radius.map_or(0.0, |r| r.si) })
+            Some(Place::Ball { centre: point(centre), radius: radius.map_or(0.0, |radius| radius.si) })
         }
         (None, None) => None,
     }
 }
 
 /// Whether a box or ball meets the box of a body (m).
-fn meets(place: &Place, low: Vec3, high: Vec3) -> bool {
+pub(super) fn meets(place: &Place, low: Vec3, high: Vec3) -> bool {
     match place {
         Place::Box { min, max } => (0..3).all(|i| min[i] <= high[i] && low[i] <= max[i]),
         Place::Ball { centre, radius } => (centre.sup(&low).inf(&high) - centre).norm() <= *radius,

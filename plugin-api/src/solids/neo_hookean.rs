@@ -5,13 +5,14 @@
 //! It is finite for every F, and its force restores an inverted element. The constants are those of their section 3.4, chosen so that
 //! small strains follow Hooke's law with the Lame constants of Young's modulus and Poisson's ratio.
 
-use pliant_plugin_api::lanes::{Real, Vec3};
-use pliant_plugin_api::solids::matrix::{cofactors, determinant, norm_squared};
-use pliant_plugin_api::solids::{EnergyHessian, Mat3, PrincipalModes, svd};
+use super::hessian::{EnergyHessian, PrincipalModes};
+use super::matrix::{Mat3, cofactors, determinant, norm_squared};
+use super::svd::svd;
+use crate::lanes::{Real, Vec3};
 
-/// Constants of the model.
+/// The energy of a material with these constants.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Moduli {
+pub struct StableNeoHookean {
     /// Coefficient mu, Pa.
     mu: f64,
     /// Coefficient lambda, Pa.
@@ -20,15 +21,15 @@ pub(crate) struct Moduli {
     alpha: f64,
 }
 
-impl Moduli {
+impl StableNeoHookean {
     /// From the Lame constants of small strains: shear modulus and first Lame constant, Pa.
-    pub(crate) fn new(shear: f64, first_lame: f64) -> Self {
+    pub fn new(shear: f64, first_lame: f64) -> Self {
         let (mu, lambda) = (4.0 / 3.0 * shear, first_lame + 5.0 / 6.0 * shear);
         Self { mu, lambda, alpha: 1.0 + 0.75 * mu / lambda }
     }
 
     /// Energy density, zero at rest, J/m^3.
-    pub(crate) fn energy(&self, f: &Mat3) -> f64 {
+    pub fn energy(&self, f: &Mat3) -> f64 {
         let (ic, j) = (norm_squared(f), determinant(f));
         let one_minus_alpha = 1.0 - self.alpha;
         // ln(ic + 1) - ln(4) without cancellation near rest.
@@ -38,7 +39,7 @@ impl Moduli {
 
     /// First Piola-Kirchhoff stress dpsi/dF, Pa.
     #[inline(always)]
-    pub(crate) fn stress<T: Real>(&self, f: &Mat3<T>) -> Mat3<T> {
+    pub fn stress<T: Real>(&self, f: &Mat3<T>) -> Mat3<T> {
         let shear = self.shear(norm_squared(f));
         let pressure = self.pressure(determinant(f));
         let cofactors = cofactors(f);
@@ -64,7 +65,7 @@ impl Moduli {
 
     /// d2psi/dF2 in closed form (their section 4; Smith, de Goes and Kim 2019), made positive semi-definite if `project`.
     #[inline(always)]
-    pub(crate) fn hessian<T: Real>(&self, f: &Mat3<T>, project: bool) -> EnergyHessian<T> {
+    pub fn hessian<T: Real>(&self, f: &Mat3<T>, project: bool) -> EnergyHessian<T> {
         let svd = svd(f);
         let s = svd.s;
         let ic = s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
