@@ -109,6 +109,11 @@ impl ElementSet {
         &self.list.fields
     }
 
+    /// Fibre directions, unit vectors or zero (m x 3); empty where none are given.
+    pub fn directions(&self) -> &[[f64; 3]] {
+        &self.list.directions
+    }
+
     /// History of the elements (stride x m).
     pub fn history(&self) -> &[f64] {
         &self.history
