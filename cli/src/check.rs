@@ -93,6 +93,7 @@ fn check_all(cli: &Cli, args: &CheckArgs, path: &Path) -> Result<Outcome, Failur
         let kind = match kind_name {
             "grid" => Kind::Grid,
             "device" => Kind::Device,
+            "contact-law" => Kind::ContactLaw,
             "material" => Kind::Material,
             other => {
                 return Err(Failure::plugin(format!("{}: `{id}` is of unknown kind `{other}`", path.display())));

@@ -29,13 +29,13 @@ fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
         match Library::open(&found.path) {
             Ok(library) => {
                 for p in library.plugins() {
-                    lines.push(format!("{:<9} {:<20} {:<8} {}", p.kind.name(), p.id, p.version, found.path.display()));
+                    lines.push(format!("{:<11} {:<20} {:<8} {}", p.kind.name(), p.id, p.version, found.path.display()));
                     rows.push(plugin_json(p, &found.path, &[]));
                 }
             }
             Err(error) => {
                 outcome = Outcome::Plugin;
-                lines.push(format!("{:<9} {:<20} {:<8} {error}", "unusable", found.name, "-"));
+                lines.push(format!("{:<11} {:<20} {:<8} {error}", "unusable", found.name, "-"));
                 rows.push(
                     json!({ "name": found.name, "path": found.path.display().to_string(), "error": error.to_string() }),
                 );
@@ -87,7 +87,7 @@ fn info(cli: &Cli, search: &SearchPath, name: &str) -> Result<Outcome, Failure> 
 fn sources_of(library: &'static Library, p: &PluginInfo) -> Vec<ChoiceSource> {
     match p.kind {
         PluginKind::Material => choice_sources(library, &p.id).unwrap_or_default(),
-        PluginKind::Grid | PluginKind::Device => Vec::new(),
+        PluginKind::Grid | PluginKind::Device | PluginKind::ContactLaw => Vec::new(),
     }
 }
 

@@ -77,6 +77,7 @@ typedef struct pliant_param { /* declaration of one parameter; the struct has no
 #define PLIANT_KIND_GRID     1u
 #define PLIANT_KIND_MATERIAL 2u
 #define PLIANT_KIND_DEVICE   3u
+#define PLIANT_KIND_CONTACT_LAW 4u /* since 1.1 */
 #define PLIANT_FLAG_REAL_TIME     1u /* [sim] and [servo] calls meet the rules above */
 #define PLIANT_FLAG_DETERMINISTIC 2u /* same inputs, same bytes, on the same binary */
 
@@ -406,6 +407,57 @@ typedef struct pliant_grid {
   pliant_status (*pull_back)(const pliant_plugin *, uint32_t level, const double *rest, size_t count, const double *corners,
                              const double *loads, double *corner_loads);
 } pliant_grid;
+
+/* ---- contact law: the traction between a tool and a body where they touch. ------------------------------------------- */
+#define PLIANT_CONTACT_LAW "pliant.contact-law/1"
+
+#define PLIANT_ADHESIVE 1u /* the normal traction may be negative: the law attracts. Without it the host takes a negative one for an error */
+
+/* The law acts at contact points, each of which stands for an area of the body's surface. At a point the unit normal leads from the tool to
+ * the body; the tangent plane has two axes, which the host turns with the normal. Tractions are forces per area (Pa), on the body; the tool
+ * gets the opposite. */
+typedef struct pliant_contact_request {
+  size_t size;
+  uint32_t flags;          /* PLIANT_ADHESIVE */
+  uint32_t history_stride; /* doubles of history per contact point; the host owns, copies and saves them; zero where a contact begins */
+  double reach;            /* m, the largest gap at which the law has a traction; 0 for a law of surfaces that touch */
+} pliant_contact_request;
+
+typedef struct pliant_contact_batch { /* one call: contact points [begin, end) */
+  size_t size;
+  size_t begin, end, count;  /* count: contact points, m */
+  const double *gap;         /* (m) m, distance of the two surfaces along the normal; negative: they overlap */
+  const double *gap_rate;    /* (m) m/s, rate of the gap; negative: they approach */
+  const double *slip;        /* (2 x m) m, plane-major: path of the body along the tool since the contact began, along the two axes */
+  const double *slip_rate;   /* (2 x m) m/s, plane-major: velocity of the body along the tool */
+  const double *area;        /* (m) m^2, of the undeformed surface */
+  const double *history;     /* (history_stride x m), plane-major */
+  size_t history_stride;     /* planes behind history */
+  double time, dt;           /* s: start of the step, and its length */
+} pliant_contact_batch;
+
+typedef struct pliant_traction {   /* results; the values of points outside of [begin, end) may not be written */
+  size_t size;
+  double *normal;                  /* (m) Pa; positive pushes the two apart */
+  double *normal_by_gap;           /* (m) Pa/m, derivative of normal */
+  double *normal_by_gap_rate;      /* (m) Pa s/m */
+  double *tangential;              /* (2 x m) Pa, plane-major; friction is opposite to slip_rate */
+  double *tangential_by_slip;      /* (4 x m) Pa/m, plane-major: d t_0/d s_0, d t_0/d s_1, d t_1/d s_0, d t_1/d s_1 */
+  double *tangential_by_slip_rate; /* (4 x m) Pa s/m, as above. Derivatives of the tangential traction by the gap are not asked for: hosts
+                                    * solve symmetric systems, and take friction at the pressure of the state they have linearised. */
+} pliant_traction;
+
+typedef struct pliant_contact_law {
+  size_t size;
+  /* Fills in the request, after the parameters are set. [main & active] */
+  pliant_status (*request)(const pliant_plugin *, pliant_contact_request *);
+  /* Writes tractions and derivatives of each point of [begin, end), from the values of that point alone. The host may ask for several
+   * states of a step, such as that of a Newton iteration; `history` is always that at the start of the step. [sim & active] */
+  pliant_status (*tractions)(const pliant_plugin *, const pliant_contact_batch *, const pliant_traction *);
+  /* Updates the history of [begin, end) after an accepted step, in the state it ended in; NULL where history_stride is 0. `history` holds the
+   * values of the batch. [sim & active] */
+  pliant_status (*advance)(const pliant_plugin *, const pliant_contact_batch *, double *history);
+} pliant_contact_law;
 
 /* ---- device: reads the pose of a hand and renders force on it. ------------------------------------------------------ */
 #define PLIANT_DEVICE "pliant.device/1"

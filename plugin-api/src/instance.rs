@@ -1,5 +1,5 @@
 //! An instance of a Rust plugin behind the C interface: it holds the parameter values, and between `activate` and `deactivate` the
-//! material, grid or device.
+//! material, grid, device or contact law.
 //!
 //! Every function the host can call goes through `guarded`: it catches a panic (one that left an `extern "C"` function would abort
 //! the host), turns it into a status, reports its message to the host and refuses all later calls of the instance.
@@ -19,7 +19,7 @@ pub trait Role: Sized + 'static {
     type Object: 'static;
     /// The plugin's descriptor.
     const INFO: Info;
-    /// [`abi::KIND_MATERIAL`], [`abi::KIND_GRID`] or [`abi::KIND_DEVICE`].
+    /// [`abi::KIND_MATERIAL`], [`abi::KIND_GRID`], [`abi::KIND_DEVICE`] or [`abi::KIND_CONTACT_LAW`].
     const KIND: u32;
     /// Id of the extension every instance of this kind offers.
     const EXTENSION: &'static CStr;
@@ -51,7 +51,7 @@ struct Instance<R: Role> {
     host: *const abi::Host,
     /// Parameter values, in the order of the declarations.
     values: UnsafeCell<Vec<Value>>,
-    /// The material, grid or device while active.
+    /// The material, grid, device or contact law while active.
     object: UnsafeCell<Option<R::Object>>,
     /// Set by a panic: every later call is refused.
     poisoned: AtomicBool,

@@ -43,6 +43,10 @@ fn rust_layout() -> String {
         RegionRequest = "pliant_region_request" { size, level, families, balls, ball_count, cells, cell_count }
         Region = "pliant_region" { size, node_capacity, node_count, node_id, node_rest, node_measure, node_border, cell_capacity, cell_count, cell_id, cell_corners, cell_points, cell_state, link_capacity, link_count, link_nodes, link_family, link_measure }
         Grid = "pliant_grid" { size, build, level, cell, locate, points, region, weights, place, pull_back }
+        ContactRequest = "pliant_contact_request" { size, flags, history_stride, reach }
+        ContactBatch = "pliant_contact_batch" { size, begin, end, count, gap, gap_rate, slip, slip_rate, area, history, history_stride, time, dt }
+        Traction = "pliant_traction" { size, normal, normal_by_gap, normal_by_gap_rate, tangential, tangential_by_slip, tangential_by_slip_rate }
+        ContactLaw = "pliant_contact_law" { size, request, tractions, advance }
         DeviceInfo = "pliant_device_info" { size, effectors, buttons, driven_axes, taxel_rows, taxel_columns, rate, peak_force, continuous_force, stiffness, damping, resolution, workspace, taxel_pitch, taxel_force, peak_torque }
         Pose = "pliant_pose" { size, time_ns, flags, buttons, position, orientation, velocity }
         Output = "pliant_output" { size, force, torque, taxels, valid_until_ns }

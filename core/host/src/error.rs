@@ -82,7 +82,7 @@ pub enum HostError {
     NoSuchPlugin {
         /// Path of the library.
         path: PathBuf,
-        /// `grid`, `material` or `device`.
+        /// `grid`, `material`, `device` or `contact-law`.
         kind: &'static str,
         /// Id that was asked for.
         id: String,

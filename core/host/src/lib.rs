@@ -1,7 +1,7 @@
 //! The host's side of the plugin interface: search of plugins, opening of their libraries, and safe calls into them.
 //!
 //! A [`SearchPath`] finds the file of a [`Library`] by the name of a plugin; a library lists its plugins ([`PluginInfo`]) without creating
-//! them. An active plugin is a [`Grid`], a [`Material`] or a [`Device`]. A material is a force model of the solver. Failures of plugins are
+//! them. An active plugin is a [`Grid`], a [`Material`], a [`Device`] or a [`ContactLaw`]. A material is a force model of the solver. Failures of plugins are
 //! [`HostError`]s that name the file and the call.
 //!
 //! This crate knows no scenes, meshes or bodies, and names no plugin. It and `plugin-api` are the only places of the engine with
@@ -30,6 +30,7 @@
 mod call_board;
 mod calls;
 mod choice_sources;
+mod contact_law;
 mod device;
 mod directions;
 mod elf;
@@ -54,6 +55,7 @@ mod trust;
 pub use call_board::{CallBoard, share_calls};
 pub use calls::{PluginCall, plugin_calls};
 pub use choice_sources::{ChoiceSource, choice_sources};
+pub use contact_law::{ContactLaw, ContactStates, Tractions};
 pub use device::{Device, DeviceInfo, EffectorOutput, MAX_EFFECTORS, POSE_VALID, Pose, StopHandle, check_device_info};
 pub use error::HostError;
 pub use grid::{Grid, LocatedPoint, Region};

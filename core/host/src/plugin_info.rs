@@ -15,6 +15,8 @@ pub enum PluginKind {
     Material,
     /// Provides poses of hands and renders forces.
     Device,
+    /// Provides tractions between tools and bodies.
+    ContactLaw,
 }
 
 impl PluginKind {
@@ -24,6 +26,7 @@ impl PluginKind {
             Self::Grid => "grid",
             Self::Material => "material",
             Self::Device => "device",
+            Self::ContactLaw => "contact-law",
         }
     }
 }
@@ -207,6 +210,7 @@ impl PluginInfo {
             abi::KIND_GRID => PluginKind::Grid,
             abi::KIND_MATERIAL => PluginKind::Material,
             abi::KIND_DEVICE => PluginKind::Device,
+            abi::KIND_CONTACT_LAW => PluginKind::ContactLaw,
             other => return Err(format!("unknown plugin kind {other}")),
         };
         if raw.param_count > 0 && (raw.params.is_null() || raw.param_size < abi::Param::MIN_SIZE) {

@@ -7,11 +7,13 @@
 //!
 //! Every struct but [`Param`] and [`Ball`] begins with `size`, its `size_of` as its author compiled it.
 
+mod contact_law;
 mod device;
 mod directions;
 mod grid;
 mod material;
 
+pub use contact_law::*;
 pub use device::*;
 pub use directions::*;
 pub use grid::*;
@@ -90,6 +92,8 @@ pub const KIND_GRID: u32 = 1;
 pub const KIND_MATERIAL: u32 = 2;
 /// Kind of plugin: it offers [`DEVICE`].
 pub const KIND_DEVICE: u32 = 3;
+/// Kind of plugin, since 1.1: it offers [`CONTACT_LAW`].
+pub const KIND_CONTACT_LAW: u32 = 4;
 /// Flag of a plugin: its `[sim]` and `[servo]` functions do not allocate, lock or do I/O.
 pub const FLAG_REAL_TIME: u32 = 1;
 /// Flag of a plugin: the same inputs give the same bytes, on the same binary.
@@ -157,7 +161,7 @@ impl Param {
 pub struct Descriptor {
     /// `size_of` this struct.
     pub size: usize,
-    /// [`KIND_GRID`], [`KIND_MATERIAL`] or [`KIND_DEVICE`].
+    /// [`KIND_GRID`], [`KIND_MATERIAL`], [`KIND_DEVICE`] or [`KIND_CONTACT_LAW`].
     pub kind: u32,
     /// Bits [`FLAG_REAL_TIME`] and [`FLAG_DETERMINISTIC`].
     pub flags: u32,

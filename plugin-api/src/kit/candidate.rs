@@ -16,6 +16,8 @@ pub enum Kind {
     Material,
     /// [`abi::KIND_DEVICE`].
     Device,
+    /// [`abi::KIND_CONTACT_LAW`].
+    ContactLaw,
 }
 
 type Descriptor = Box<dyn Fn() -> *const abi::Descriptor>;
@@ -67,6 +69,7 @@ impl Candidate {
             abi::KIND_GRID => Some(Kind::Grid),
             abi::KIND_MATERIAL => Some(Kind::Material),
             abi::KIND_DEVICE => Some(Kind::Device),
+            abi::KIND_CONTACT_LAW => Some(Kind::ContactLaw),
             _ => None,
         }
     }

@@ -299,6 +299,15 @@ impl Sheet {
         nearest_triangle(&skin.tree, model, &skin.settled, point, [self.edge, 1e6 * self.edge])
     }
 
+    /// Adds a third of the area of each triangle at rest to each of its nodes, m^2 (n).
+    pub fn add_node_areas(&self, model: &Model, areas: &mut [f64]) {
+        for (triangle, vertices) in model.surface.triangles.iter().enumerate() {
+            let [a, b, c] = vertices.map(|v| model.surface.points[v as usize]);
+            let third = (b - a).cross(&(c - a)).norm() / 6.0;
+            self.nodes_of(model, triangle as u32).into_iter().for_each(|node| areas[node as usize] += third);
+        }
+    }
+
     /// Nodes of the corners of a triangle.
     pub fn nodes_of(&self, model: &Model, triangle: u32) -> [u32; 3] {
         model.surface.triangles[triangle as usize].map(|v| self.node_of[v as usize])

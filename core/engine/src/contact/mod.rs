@@ -2,6 +2,7 @@
 
 mod fingertip;
 mod held;
+mod law;
 mod layer;
 mod loads;
 mod near;
@@ -9,6 +10,7 @@ mod neighbour_list;
 mod obstacles;
 mod patch;
 mod proxy;
+mod sheet_law;
 mod sheet_tips;
 mod soft;
 mod sums;

@@ -7,16 +7,19 @@
 
 use super::fingertip::Tip;
 use super::neighbour_list::NeighbourList;
+use super::sheet_law::SheetLaw;
 use super::sums::NodeSums;
+use pliant_host::{ContactLaw, HostError};
 use pliant_mesh::geometry::{Closest, closest_point};
-use pliant_solver::{Block, NodeSprings, Nodes, Vec3, matrix3};
+use pliant_solver::{Block, NodeSprings, Nodes, StepTime, Vec3, matrix3};
+use std::sync::Arc;
 
 /// Contact method of a soft tip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SoftMethod {
     /// Augmented Lagrangian method on triangles, edges and vertices; the depth converges to zero.
     AugmentedLagrangian,
-    /// Penalty method at vertices; the force is in proportion to the depth.
+    /// Penalty method at vertices; the force is in proportion to the depth, or that of a contact law.
     Penalty,
 }
 
@@ -36,6 +39,8 @@ pub struct SoftTip {
     /// Contact points of the last step.
     previous: Vec<ContactPoint>,
     sums: NodeSums,
+    /// Contacts by a law, in the place of springs of the tool's stiffness.
+    law: Option<SheetLaw>,
 }
 
 /// Parameters of a soft tip in a step.
@@ -45,8 +50,8 @@ pub struct SoftPress {
     pub stiffness: f64,
     /// Largest displacement of a node of the sheet since the last step, m.
     pub moved: f64,
-    /// Length of the step, s.
-    pub dt: f64,
+    /// Start and length of the step, s.
+    pub time: StepTime,
 }
 
 /// A tip at one position of its path through a step.
@@ -125,18 +130,26 @@ impl SoftTip {
             contacts: Vec::new(),
             previous: Vec::new(),
             sums: NodeSums::default(),
+            law: None,
         }
+    }
+
+    /// A tip without contacts whose force is that of a contact law at the vertices.
+    pub fn with_law(law: Arc<ContactLaw>) -> Self {
+        Self { law: Some(SheetLaw::new(law)), ..Self::new(SoftMethod::Penalty) }
     }
 
     /// Drops all contacts and invalidates the neighbour list, as after a change of the body's nodes.
     pub fn invalidate(&mut self) {
         self.near.invalidate();
+        self.law.iter_mut().for_each(SheetLaw::invalidate);
         self.leave();
     }
 
     /// Drops all contacts.
     pub fn leave(&mut self) {
         self.contacts.clear();
+        self.law.iter_mut().for_each(SheetLaw::leave);
     }
 
     /// Number of contact points in the last step.
@@ -166,7 +179,10 @@ impl SoftTip {
     }
 
     /// Finds the contacts of `tip` with the `count` triangles of a sheet, whose nodes `triangles` returns, `None` for one that has failed, and writes their
-    /// springs to `out`.
+    /// springs to `out`. `areas` computes the area of the undeformed sheet around each node, m^2 (n); it is called for a contact law alone.
+    ///
+    /// # Errors
+    /// Returns the error of the contact law.
     pub fn press(
         &mut self,
         tip: &Tip,
@@ -174,9 +190,11 @@ impl SoftTip {
         count: u32,
         nodes: &Nodes,
         press: SoftPress,
+        areas: impl Fn(&mut [f64]),
         out: &mut NodeSprings,
-    ) {
-        let SoftPress { stiffness, moved, dt } = press;
+    ) -> Result<(), HostError> {
+        let SoftPress { stiffness, moved, time } = press;
+        let dt = time.dt;
         std::mem::swap(&mut self.contacts, &mut self.previous);
         self.contacts.clear();
         let drive = tip.velocity * dt;
@@ -184,7 +202,9 @@ impl SoftTip {
         let turned =
             if shape.is_round() { 0.0 } else { dt * tip.spin.norm() * shape.bounding_radius().min(MAX_RADIUS) };
         let travel = drive.norm();
-        if let Some(reach) = self.near.refresh(tip.position, shape, moved, travel) {
+        // A law acts where a vertex comes to within the step.
+        let ahead = self.law.as_ref().map_or(0.0, |law| law.reach(moved));
+        if let Some(reach) = self.near.refresh(tip.position, shape, moved, travel + ahead) {
             let within = |t: &u32| {
                 let Some(corners) = triangles(*t) else { return false };
                 let d = closest_point(tip.position, corners.map(|n| nodes.x[n as usize])).point - tip.position;
@@ -197,14 +217,57 @@ impl SoftTip {
         for sample in 1..=samples as u32 {
             let centre = tip.position + (f64::from(sample) / samples - 1.0) * drive;
             let margin = if self.previous.is_empty() { 0.0 } else { GAP * tip.length_scale() };
-            self.find(tip, centre, margin, &triangles, &nodes.x);
-            if !self.candidates.is_empty() {
+            self.find(tip, centre, margin.max(ahead), &triangles, &nodes.x);
+            if let Some(law) = &mut self.law {
+                let vertices = self.candidates.iter().map(|candidate| (candidate.corners[0], candidate.point));
+                law.find(tip, centre, vertices, nodes, &areas, dt);
+                if law.is_near() {
+                    break;
+                }
+            } else if !self.candidates.is_empty() {
                 let sample = PathSample { centre, stiffness, drive, dt };
                 self.compute_forces(tip, &sample, nodes);
                 break;
             }
         }
+        self.press_by_law(tip, nodes, time)?;
         self.write_springs(nodes, out);
+        Ok(())
+    }
+
+    /// Computes the forces of the contact law, if there is one, at the points it has found.
+    fn press_by_law(&mut self, tip: &Tip, nodes: &Nodes, time: StepTime) -> Result<(), HostError> {
+        let Some(law) = &mut self.law else { return Ok(()) };
+        for (near, force) in law.press(time)? {
+            let slip = near.velocity - tip.velocity_at(nodes.x[near.key as usize]);
+            self.contacts.push(ContactPoint {
+                corners: [near.key; 3],
+                bary: Vec3::new(1.0, 0.0, 0.0),
+                point: nodes.x[near.key as usize],
+                normal: near.normal,
+                force: force.force,
+                stiffness: force.stiffness,
+                damping: force.damping,
+                multiplier: 0.0,
+                sticks: false,
+                friction_limit: f64::INFINITY,
+                slip: slip - slip.dot(&near.normal) * near.normal,
+            });
+        }
+        Ok(())
+    }
+
+    /// Updates the histories of a contact law after the nodes have moved in a step.
+    ///
+    /// # Errors
+    /// Returns the error of the contact law.
+    pub fn advance_law(&mut self, nodes: &Nodes, time: StepTime) -> Result<(), HostError> {
+        let (contacts, Some(law)) = (&self.contacts, &mut self.law) else { return Ok(()) };
+        let ended = |i: usize| {
+            let node = contacts[i].corners[0] as usize;
+            (nodes.x[node] - contacts[i].point, nodes.v[node])
+        };
+        law.advance(ended, time)
     }
 
     /// Lists the points within `margin` (m) of a tip at `centre` (m).

@@ -4,7 +4,7 @@ use crate::body::{Axes, PaintDepth};
 use crate::edit::{Command, EditKind, KeyName, Strength};
 use crate::scene::{
     Amount, BladeScene, BodyScene, DeviceScene, EditScene, Extent, FieldScene, FixedScene, IntegratorChoice, Length,
-    ObstacleScene, ProbeScene, Scene, SceneError, Source, ToolScene, parse_quantity,
+    ObstacleScene, ProbeScene, Scene, SceneError, SheetContact, Source, ToolScene, parse_quantity,
 };
 use std::ops::Range;
 use toml::Spanned;
@@ -393,7 +393,31 @@ impl Check<'_> {
             self.blade(blade.get_ref())?;
         }
         self.friction(&tool.friction)?;
-        self.restitution(tool.restitution.as_ref())
+        self.restitution(tool.restitution.as_ref())?;
+        self.contact_law(tool)
+    }
+
+    /// Checks that keys that a contact law takes the place of are not given beside one.
+    fn contact_law(&self, tool: &ToolScene) -> Result<(), SceneError> {
+        let Some(law) = &tool.contact_law else { return Ok(()) };
+        let law = law.get_ref().plugin.get_ref();
+        let friction = Some(tool.friction.span()).filter(|span| *span != (0..0));
+        let replaced = [("friction", friction), ("restitution", tool.restitution.as_ref().map(Spanned::span))];
+        if let Some((key, Some(span))) = replaced.into_iter().find(|(_, span)| span.is_some()) {
+            let text =
+                format!("`{key}` of a tool with the contact law `{law}`, which has its own; allowed is one of them");
+            return self.wrong(span, text);
+        }
+        match tool.sheets.as_ref().filter(|sheets| *sheets.get_ref() != SheetContact::Penalty) {
+            Some(sheets) => {
+                let text = format!(
+                    "`sheets` of a tool with the contact law `{law}`; allowed is \"penalty\", or no `sheets`: a law gives forces, and the other methods \
+                     are constraints and multipliers"
+                );
+                self.wrong(sheets.span(), text)
+            }
+            None => Ok(()),
+        }
     }
 
     fn restitution(&self, restitution: Option<&Spanned<f64>>) -> Result<(), SceneError> {

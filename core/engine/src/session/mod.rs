@@ -67,7 +67,7 @@ use history::History;
 use lapse::Watch;
 use nalgebra::UnitQuaternion;
 use obstacles::Obstacles;
-use pliant_host::{Device, DeviceInfo, Pose};
+use pliant_host::{ContactLaw, Device, DeviceInfo, Pose};
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::Ball;
 pub use pliant_solver::{CancelToken, MAX_THREADS};
@@ -149,6 +149,8 @@ pub struct ToolSlot {
     edit: Option<usize>,
     /// For each body, its soft tip on that sheet; `None` if it uses contact constraints.
     soft: Vec<Option<SoftTip>>,
+    /// Its contact law, if the scene gives one.
+    law: Option<Arc<ContactLaw>>,
     restitution: f64,
     /// Ongoing events of its hand.
     ongoing: Ongoing,

@@ -24,13 +24,15 @@ use crate::edit::BladeEdge;
 use crate::memory::{MemoryAccount, MemoryBudget, document_bytes};
 use crate::plan::Plan;
 use crate::recording::RecordedHands;
-use crate::scene::{BladeScene, BodyScene, EditScene, Extent, FixedScene, Level, Scene, Source, ToolScene, settings};
+use crate::scene::{
+    BladeScene, BodyScene, EditScene, Extent, FixedScene, Level, PluginScene, Scene, Source, ToolScene, settings,
+};
 use crate::tool::{Coupling, ForceLimits, ForceSafety, Hand, TactilePad, TipMass, Tool, TorqueSafety};
 use bytemuck::cast_slice;
 use pliant_cut::CutMesh;
 use pliant_host::{
-    DeviceInfo, Grid, HostError, Library, Material, ParamKind, ParamSettings, ParamValue, PluginInfo, PluginKind,
-    SearchPath,
+    ContactLaw, DeviceInfo, Grid, HostError, Library, Material, ParamKind, ParamSettings, ParamValue, PluginInfo,
+    PluginKind, SearchPath,
 };
 use pliant_mesh::check::{Severity, Use};
 use pliant_mesh::geometry::Vec3;
@@ -472,6 +474,7 @@ impl Opening<'_> {
             has_torque: false,
             edit: None,
             soft: (0..bodies).map(|_| None).collect(),
+            law: scene.contact_law.as_ref().map(|law| self.contact_law(law.get_ref())).transpose()?,
             restitution,
             ongoing: Default::default(),
             taken_back: None,
@@ -483,6 +486,20 @@ impl Opening<'_> {
             on_sheets: Vec3::zeros(),
             drift: Vec3::zeros(),
         })
+    }
+
+    /// Opens the contact law of a tool.
+    fn contact_law(&mut self, scene: &PluginScene) -> Result<Arc<ContactLaw>, SessionError> {
+        let at_plugin = |error| match error {
+            SessionError::Host(error @ HostError::NoSuchPlugin { .. }) => {
+                SessionError::Scene(self.source.error(scene.plugin.span(), error.to_string()))
+            }
+            error => error,
+        };
+        let found = self.plugin(PluginKind::ContactLaw, &scene.plugin, &scene.params);
+        let (library, info, settings) = found.map_err(at_plugin)?;
+        let law = ContactLaw::open(library, &info.id, &settings, self.dt);
+        law.map(Arc::new).map_err(|error| self.refused(span_of(&error, &scene.params, scene.plugin.span()), error))
     }
 
     /// The error of a plugin that refuses a parameter, at the span of the scene.

@@ -1,9 +1,11 @@
 //! Contact of tools with sheets: the choice of method, and the tips of a step.
 
+use super::step::freeze_body;
 use super::{ContactChoice, Session, ToolSlot};
 use crate::contact::{SheetTips, SoftMethod, SoftPress, SoftTip, Tip};
 use crate::scene::{Scene, SheetContact};
-use pliant_solver::Vec3;
+use pliant_solver::{StepTime, Vec3};
+use std::sync::Arc;
 
 /// Largest ratio of a sheet's edge to the feature size of a tip for which vertices are dense enough for constraints.
 const MAX_EDGE_RATIO: f64 = 1.0;
@@ -12,11 +14,19 @@ impl Session {
     /// Chooses the contact method of each tool on each sheet.
     pub(super) fn meet(&mut self, scene: &Scene) {
         for slot in &mut self.tools {
-            let wanted = scene.tool.iter().find(|t| *t.name.get_ref() == slot.tool.name).and_then(|t| t.sheets);
+            let of_tool = scene.tool.iter().find(|t| *t.name.get_ref() == slot.tool.name);
+            let wanted = of_tool.and_then(|t| t.sheets.as_ref()).map(|sheets| *sheets.get_ref());
             for (index, body) in self.bodies.iter().enumerate() {
                 let Some(sheet) = body.discretization.sheet() else { continue };
                 let share = sheet.edge() / slot.tool.proxy.shape.shape().feature_size();
                 let fits = if share <= MAX_EDGE_RATIO { SheetContact::Vertices } else { SheetContact::Triangles };
+                if let Some(law) = &slot.law {
+                    slot.soft[index] = Some(SoftTip::with_law(Arc::clone(law)));
+                    let why = format!("for the contact law `{}` of the tool", law.info().id);
+                    let (tool, body) = (slot.tool.name.clone(), body.name.clone());
+                    self.choices.contacts.push(ContactChoice { tool, body, by: "penalty", why });
+                    continue;
+                }
                 let (by, meets) = match wanted.unwrap_or(fits) {
                     SheetContact::Vertices => ("vertices", None),
                     SheetContact::Triangles => ("triangles", Some(SoftMethod::AugmentedLagrangian)),
@@ -35,12 +45,13 @@ impl Session {
         }
     }
 
-    /// Computes the contact forces of soft tips.
-    pub(super) fn press_sheets(&mut self) {
+    /// Computes the contact forces of soft tips in a step that starts at `start` (s).
+    pub(super) fn press_sheets(&mut self, start: f64) {
+        let time = StepTime { start, dt: self.clock.dt };
         let touching = self.tools.iter().filter(|slot| slot.touches()).count();
         for slot in &mut self.tools {
             let tip = slot.fingertip(self.clock.dt);
-            for (index, body) in self.bodies.iter().enumerate() {
+            for (index, body) in self.bodies.iter_mut().enumerate() {
                 let (Some(soft), Some(sheet)) = (&mut slot.soft[index], body.discretization.sheet()) else { continue };
                 let Some(tip) = tip.as_ref().filter(|_| body.frozen.is_none()) else {
                     soft.leave();
@@ -48,10 +59,27 @@ impl Session {
                 };
                 let count = body.model.surface.triangles.len() as u32;
                 let triangles = |t| (!body.failed_triangles.contains(t)).then(|| sheet.nodes_of(&body.model, t));
-                let press =
-                    SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], dt: self.clock.dt };
+                let press = SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], time };
+                let areas = |areas: &mut [f64]| sheet.add_node_areas(&body.model, areas);
                 soft.keeps_multipliers = touching == 1;
-                soft.press(tip, triangles, count, &body.system.nodes, press, slot.tool.springs_mut(index));
+                let springs = slot.tool.springs_mut(index);
+                if let Err(error) = soft.press(tip, triangles, count, &body.system.nodes, press, areas, springs) {
+                    soft.leave();
+                    freeze_body(body, &mut self.events, start, error.to_string());
+                }
+            }
+        }
+    }
+
+    /// Updates the histories of contact laws after the bodies have moved in a step.
+    pub(super) fn advance_contact_laws(&mut self, time: StepTime) {
+        for slot in self.tools.iter_mut().filter(|slot| slot.law.is_some()) {
+            for (soft, body) in slot.soft.iter_mut().zip(&mut self.bodies) {
+                let Some(soft) = soft.as_mut().filter(|_| body.frozen.is_none()) else { continue };
+                if let Err(error) = soft.advance_law(&body.system.nodes, time) {
+                    soft.leave();
+                    freeze_body(body, &mut self.events, time.start, error.to_string());
+                }
             }
         }
     }

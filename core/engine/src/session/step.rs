@@ -1,7 +1,7 @@
 //! One step: hands, edits, regions, contact, integration, reaction, coupling, force safety, devices. Data flows in this order; no stage calls an
 //! earlier one.
 
-use super::event::EventKind;
+use super::event::{EventKind, Events};
 use super::frame::{Frame, ToolFrame};
 use super::hand_events::{SafetyPass, add_limit_event, add_safety_events};
 use super::{Session, Stage};
@@ -46,6 +46,7 @@ impl Session {
             return;
         }
         self.finish_obstacles(time);
+        self.advance_contact_laws(time);
         self.clock.steps += 1;
         frame.friction_work = self.friction_work();
         self.render_forces(time, &mut frame);
@@ -87,10 +88,7 @@ impl Session {
     }
 
     pub(super) fn freeze(&mut self, index: usize, time: f64, why: String) {
-        let body = &mut self.bodies[index];
-        body.system.nodes.v.fill(Vec3::zeros());
-        self.events.add(EventKind::Quarantine, time, || format!("body `{}` stands still: {why}", body.name));
-        body.frozen = Some(why);
+        freeze_body(&mut self.bodies[index], &mut self.events, time, why);
     }
 
     fn move_regions(&mut self, time: f64) {
@@ -143,7 +141,7 @@ impl Session {
             add_limit_event(&mut self.events, slot, &self.devices[slot.device].name, time);
         }
         self.move_tips(self.clock.dt);
-        self.press_sheets();
+        self.press_sheets(time);
     }
 
     /// Moves the bodies from number `first` on.
@@ -379,6 +377,13 @@ impl Session {
             }
         }
     }
+}
+
+/// Stops a body for good at `time` (s), and says why.
+pub(super) fn freeze_body(body: &mut Body, events: &mut Events, time: f64, why: String) {
+    body.system.nodes.v.fill(Vec3::zeros());
+    events.add(EventKind::Quarantine, time, || format!("body `{}` stands still: {why}", body.name));
+    body.frozen = Some(why);
 }
 
 fn tool_frame(tool: &Tool, hand: Vec3, force: Vec3, device_force: Vec3) -> ToolFrame {

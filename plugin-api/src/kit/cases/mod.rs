@@ -1,6 +1,8 @@
 //! The conformance suite: each case tests one promise of the interface and reports one sentence.
 
 mod common;
+mod contact_law;
+mod contact_repeatability;
 mod coupled;
 mod derivatives;
 mod device;
@@ -54,6 +56,7 @@ pub fn cases(kind: Kind) -> Vec<Case> {
         Kind::Material => material::CASES,
         Kind::Grid => grid::CASES,
         Kind::Device => device::CASES,
+        Kind::ContactLaw => contact_law::CASES,
     };
     common::CASES.iter().chain(own).copied().collect()
 }

@@ -1,6 +1,6 @@
 //! The `[[device]]` and `[[tool]]` entries of a scene file.
 
-use super::{Damping, Force, ForceRate, Length, Mass, RotationScene, Speed, Stiffness, Toughness};
+use super::{Damping, Force, ForceRate, Length, Mass, PluginScene, RotationScene, Speed, Stiffness, Toughness};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -97,7 +97,13 @@ pub struct ToolScene {
     pub restitution: Option<Spanned<f64>>,
     /// Contact method on sheets; by default `vertices`, or `triangles` on sheets too coarse for it.
     #[serde(default)]
-    pub sheets: Option<SheetContact>,
+    #[schemars(with = "Option<SheetContact>")]
+    pub sheets: Option<Spanned<SheetContact>>,
+    /// Contact law plugin and its parameters: the force on what the tool meets, in the place of springs, `friction` and `restitution`. On sheets it acts at
+    /// vertices, with `sheets = "penalty"`.
+    #[serde(default)]
+    #[schemars(with = "Option<PluginScene>")]
+    pub contact_law: Option<Spanned<PluginScene>>,
     /// Largest speed of the tool; a hand that moves faster is followed at this speed.
     #[serde(default = "default_speed")]
     #[schemars(with = "Speed")]

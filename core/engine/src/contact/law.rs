@@ -1,0 +1,292 @@
+//! Contact by a law of a plugin: states of contact points, tractions, and a linear model of how these change within a step.
+//!
+//! The law is called in the state that the step would end in if the body went on at its velocity, and the tool ends where it does. Along the normal the
+//! model is the tangent there, which is exact to second order. Along the surface it is a secant: from the traction without slip to the one with the
+//! slip of that state, so whatever the slip is at the end, friction opposes it. A tangent of a friction that hardly grows with the speed would not.
+//!
+//! Summed over a contact, a law that does not attract gives out no more energy than it has taken up (passivity observer and controller: Hannaford and
+//! Ryu 2002), so an error of the time step cannot make it a source.
+
+use pliant_host::{ContactLaw, ContactStates, HostError, Tractions};
+use pliant_solver::{Block, StepTime, Vec3};
+use std::sync::Arc;
+
+/// Contacts of one tool with one body under a law.
+pub struct LawContacts {
+    law: Arc<ContactLaw>,
+    /// Contact points of this step, by ascending key.
+    points: Vec<LawPoint>,
+    /// Histories of `points`, one after the other.
+    histories: Vec<f64>,
+    /// Contact points of the last step, by ascending key, and their histories.
+    previous: (Vec<LawPoint>, Vec<f64>),
+    /// States of `points` (buffer).
+    states: ContactStates,
+    /// Tractions without slip, and with the slip at the end of the step (buffers).
+    tractions: [Tractions; 2],
+}
+
+/// A point of a body's surface near a tool, at the beginning of a step.
+#[derive(Clone, Copy, Debug)]
+pub struct NearPoint {
+    /// Identity of the point on the body, the same in every step.
+    pub key: u32,
+    /// Gap between the body as it is and the tool at the end of the step, m.
+    pub gap: f64,
+    /// Unit normal, from the tool to the body.
+    pub normal: Vec3,
+    /// Velocity of the body, m/s.
+    pub velocity: Vec3,
+    /// Velocity of the tool at the point, m/s.
+    pub drive: Vec3,
+    /// Area of the undeformed surface it stands for, m^2.
+    pub area: f64,
+}
+
+/// Force on a body at a contact point: `force - stiffness (x - x0) - damping v`, x0 its position at the beginning of the step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LawForce {
+    /// Force at rest at x0, N.
+    pub force: Vec3,
+    /// Stiffness, N/m.
+    pub stiffness: Block,
+    /// Damping, N s/m.
+    pub damping: Block,
+}
+
+/// What a contact point keeps from step to step, besides its history.
+#[derive(Clone, Copy, Debug)]
+struct LawPoint {
+    near: NearPoint,
+    /// First axis of the tangent plane; the second is `normal x axis`.
+    axis: Vec3,
+    /// Slip since the contact began, m.
+    slip: [f64; 2],
+    /// Energy it has taken up along the normal and not given out, J.
+    energy: f64,
+    /// Whether the contact begins in this step.
+    is_new: bool,
+    force: LawForce,
+}
+
+/// Speed below which slip is not told from rest, m/s: at 10 nm/s the friction of a law that is regularised at smaller speeds is a damper.
+const SLOWEST_SLIP: f64 = 1e-8;
+
+impl LawContacts {
+    /// No contacts yet.
+    pub fn new(law: Arc<ContactLaw>) -> Self {
+        Self {
+            law,
+            points: Vec::new(),
+            histories: Vec::new(),
+            previous: (Vec::new(), Vec::new()),
+            states: ContactStates::default(),
+            tractions: Default::default(),
+        }
+    }
+
+    /// The law.
+    pub fn law(&self) -> &ContactLaw {
+        &self.law
+    }
+
+    /// Ends all contacts; their histories are gone.
+    pub fn leave(&mut self) {
+        self.points.clear();
+        self.histories.clear();
+    }
+
+    /// Whether the point `key` was in contact in the last step, and its normal then.
+    pub fn normal_of(&self, key: u32) -> Option<Vec3> {
+        find(&self.points, key).map(|at| self.points[at].near.normal)
+    }
+
+    /// Whether the law acts at a point in a step of `dt` (s): within its reach at the end of the step, or in contact up to `margin` (m) beyond it.
+    pub fn is_near(&self, near: &NearPoint, margin: f64, dt: f64) -> bool {
+        let end = near.gap + dt * near.velocity.dot(&near.normal);
+        end < self.law.reach() || (near.gap < self.law.reach() + margin && find(&self.points, near.key).is_some())
+    }
+
+    /// Computes the force at each of the points of a step, which have ascending keys. Other points are no longer in contact.
+    ///
+    /// # Errors
+    /// Returns the error of the law.
+    pub fn press(&mut self, near: impl Iterator<Item = NearPoint>, time: StepTime) -> Result<(), HostError> {
+        std::mem::swap(&mut self.points, &mut self.previous.0);
+        std::mem::swap(&mut self.histories, &mut self.previous.1);
+        self.points.clear();
+        self.histories.clear();
+        let stride = self.law.history_stride();
+        for near in near {
+            let (old, histories) = (&self.previous.0, &self.previous.1);
+            let old = find(old, near.key).map(|at| (old[at], &histories[stride * at..stride * (at + 1)]));
+            self.points.push(LawPoint::next(near, old.map(|(point, _)| point)));
+            match old {
+                Some((_, history)) => self.histories.extend_from_slice(history),
+                None => self.histories.resize(self.histories.len() + stride, 0.0),
+            }
+        }
+        if self.points.is_empty() {
+            return Ok(());
+        }
+        self.set_histories();
+        for (with_slip, out) in [false, true].into_iter().zip(&mut self.tractions) {
+            for (i, point) in self.points.iter().enumerate() {
+                let rate = if with_slip { point.expected_slip_rate() } else { [0.0; 2] };
+                let gap = point.near.gap + time.dt * point.near.velocity.dot(&point.near.normal);
+                point.set_state(&mut self.states, i, gap, point.gap_rate(point.near.velocity), rate, time.dt);
+            }
+            self.law.tractions(&self.states, time.start, time.dt, out)?;
+        }
+        let [rest, sliding] = &self.tractions;
+        let is_passive = !self.law.is_adhesive();
+        for (i, point) in self.points.iter_mut().enumerate() {
+            point.set_force(i, rest, sliding, is_passive, time.dt);
+        }
+        Ok(())
+    }
+
+    /// The points in contact and the force at each.
+    pub fn forces(&self) -> impl Iterator<Item = (&NearPoint, &LawForce)> {
+        self.points.iter().map(|point| (&point.near, &point.force))
+    }
+
+    /// Ends a step that was accepted: `ended` gives displacement (m) and velocity (m/s) of the body at each point, by its number.
+    ///
+    /// # Errors
+    /// Returns the error of the law.
+    pub fn advance(&mut self, ended: impl Fn(usize) -> (Vec3, Vec3), time: StepTime) -> Result<(), HostError> {
+        if self.points.is_empty() {
+            return Ok(());
+        }
+        self.set_histories();
+        let stride = self.law.history_stride();
+        for (i, point) in self.points.iter_mut().enumerate() {
+            let (moved, velocity) = ended(i);
+            let (gap_rate, rate) = (point.gap_rate(velocity), point.slip_rate(velocity));
+            let push = point.force.at(moved, velocity).dot(&point.near.normal);
+            point.energy -= push * gap_rate * time.dt;
+            let gap = point.near.gap + moved.dot(&point.near.normal);
+            point.set_state(&mut self.states, i, gap, gap_rate, rate, time.dt);
+            point.slip = [0, 1].map(|axis| point.slip[axis] + time.dt * rate[axis]);
+        }
+        self.law.advance(&mut self.states, time.start, time.dt)?;
+        let count = self.points.len();
+        for (i, value) in self.histories.iter_mut().enumerate() {
+            *value = self.states.history[(i % stride) * count + i / stride];
+        }
+        Ok(())
+    }
+
+    /// Writes the histories into the planes of the states.
+    fn set_histories(&mut self) {
+        let (count, stride) = (self.points.len(), self.law.history_stride());
+        self.states.reset(count, stride);
+        for (i, value) in self.histories.iter().enumerate() {
+            self.states.history[(i % stride) * count + i / stride] = *value;
+        }
+    }
+}
+
+/// Index of the point with a key.
+fn find(points: &[LawPoint], key: u32) -> Option<usize> {
+    points.binary_search_by_key(&key, |point| point.near.key).ok()
+}
+
+impl LawPoint {
+    /// A point in contact, which was in contact before as `old` or is new.
+    fn next(near: NearPoint, old: Option<Self>) -> Self {
+        let n = near.normal;
+        let along = |axis: Vec3| (axis - axis.dot(&n) * n).try_normalize(0.1);
+        let least = n.iamin();
+        let other = Vec3::from_fn(|i, _| if i == least { 1.0 } else { 0.0 });
+        let axis = old.and_then(|old| along(old.axis)).or_else(|| along(other)).unwrap_or_else(Vec3::x);
+        let (slip, energy) = old.map_or(([0.0; 2], 0.0), |old| (old.slip, old.energy));
+        Self { near, axis, slip, energy, is_new: old.is_none(), force: LawForce::default() }
+    }
+
+    /// Rate of the gap where the body has this velocity, m/s.
+    fn gap_rate(&self, velocity: Vec3) -> f64 {
+        (velocity - self.near.drive).dot(&self.near.normal)
+    }
+
+    /// The axes of the tangent plane.
+    fn axes(&self) -> [Vec3; 2] {
+        [self.axis, self.near.normal.cross(&self.axis)]
+    }
+
+    /// Velocity of the body along the tool, m/s.
+    fn slip_rate(&self, velocity: Vec3) -> [f64; 2] {
+        self.axes().map(|axis| (velocity - self.near.drive).dot(&axis))
+    }
+
+    /// Slip rate that the law is asked for: that of the body as it moves, or [`SLOWEST_SLIP`].
+    fn expected_slip_rate(&self) -> [f64; 2] {
+        let rate @ [u, v] = self.slip_rate(self.near.velocity);
+        let speed = (u * u + v * v).sqrt();
+        if speed >= SLOWEST_SLIP {
+            rate
+        } else if speed > 0.0 {
+            rate.map(|c| c * (SLOWEST_SLIP / speed))
+        } else {
+            [SLOWEST_SLIP, 0.0]
+        }
+    }
+
+    /// Writes the state of point number `i` at the end of a step of `dt` (s): gap (m), gap rate and slip rate (m/s).
+    fn set_state(&self, states: &mut ContactStates, i: usize, gap: f64, gap_rate: f64, rate: [f64; 2], dt: f64) {
+        let count = states.len();
+        (states.gap[i], states.gap_rate[i], states.area[i]) = (gap, gap_rate, self.near.area);
+        for axis in 0..2 {
+            states.slip[axis * count + i] = self.slip[axis] + dt * rate[axis];
+            states.slip_rate[axis * count + i] = rate[axis];
+        }
+    }
+
+    /// Sets the force of point number `i` from the tractions without slip and with the expected slip.
+    fn set_force(&mut self, i: usize, rest: &Tractions, sliding: &Tractions, is_passive: bool, dt: f64) {
+        let (NearPoint { gap, normal, velocity, drive, area, .. }, count) = (self.near, rest.normal.len());
+        let towards = velocity.dot(&normal);
+        let mut push = area * sliding.normal[i];
+        let mut stiffness = area * (-sliding.normal_by_gap[i]).max(0.0);
+        let mut damping = area * (-sliding.normal_by_gap_rate[i]).max(0.0);
+        if self.is_new {
+            // A tool that appears inside of a body pushes it out.
+            let depth = -(gap + dt * drive.dot(&normal));
+            self.energy = depth.max(0.0) * push.max(0.0);
+        }
+        let parting = self.gap_rate(velocity) * dt * push;
+        let share = if is_passive && parting > 0.0 { (self.energy.max(0.0) / parting).min(1.0) } else { 1.0 };
+        (push, stiffness, damping) = (share * push, share * stiffness, share * damping);
+        let rate @ [u, v] = self.expected_slip_rate();
+        let at_rest = [0, 1].map(|a| area * rest.tangential[a * count + i]);
+        let change = [0, 1].map(|a| area * sliding.tangential[a * count + i] - at_rest[a]);
+        let drag = (-(change[0] * u + change[1] * v) / (u * u + v * v)).max(0.0);
+        let axes = self.axes();
+        // What the change of friction has across the slip, as of a law that is not the same in all directions, does no work.
+        let across: Vec3 = (0..2).map(|a| (change[a] + drag * rate[a]) * axes[a]).sum();
+        let constant: Vec3 = (0..2).map(|a| at_rest[a] * axes[a]).sum();
+        let along = drive - drive.dot(&normal) * normal;
+        let at_x0 = push + (stiffness * dt + damping) * towards;
+        let normal_block: Block = std::array::from_fn(|e| normal[e / 3] * normal[e % 3]);
+        let block = |along_normal: f64, along_surface: f64| -> Block {
+            std::array::from_fn(|e| {
+                let identity = if e % 4 == 0 { along_surface } else { 0.0 };
+                identity + (along_normal - along_surface) * normal_block[e]
+            })
+        };
+        self.force = LawForce {
+            force: at_x0 * normal + constant + across + drag * along,
+            stiffness: block(stiffness, 0.0),
+            damping: block(damping, drag),
+        };
+    }
+}
+
+impl LawForce {
+    /// The force where the body has moved by `moved` (m) since the beginning of the step and has this velocity (m/s), N.
+    pub fn at(&self, moved: Vec3, velocity: Vec3) -> Vec3 {
+        let times = pliant_solver::matrix3;
+        self.force - times(&self.stiffness) * moved - times(&self.damping) * velocity
+    }
+}
