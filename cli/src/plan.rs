@@ -48,6 +48,13 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
         );
     }
     lines.extend(report.obstacles.iter().map(obstacle_text));
+    for contact in &choices.contacts {
+        let Some(law) = &contact.law else { continue };
+        lines.push(format!(
+            "contact of tool `{}` with body `{}`: law `{law}`: {}",
+            contact.tool, contact.body, contact.why
+        ));
+    }
     lines.push(format!("integrator: {} ({})", choices.integrator, choices.why));
     lines.push(format!("step limit: {}", step_limit_text(choices, report.dt)));
     for cost in &report.step_cost {

@@ -3,9 +3,9 @@
 use pliant_plugin_api::kit::{Kind, Verdict, cases};
 use pliant_tests::library;
 
-/// The failed and the skipped cases of a plugin, as messages.
-fn failed_and_skipped(name: &str) -> (Vec<String>, Vec<String>) {
-    let candidate = library(name).candidate(0);
+/// The failed and the skipped cases of plugin number `index` of a library, as messages.
+fn failed_and_skipped(name: &str, index: usize) -> (Vec<String>, Vec<String>) {
+    let candidate = library(name).candidate(index);
     let kind = candidate.kind().expect("a known kind");
     let (mut failed, mut skipped) = (Vec::new(), Vec::new());
     for case in cases(kind) {
@@ -20,18 +20,21 @@ fn failed_and_skipped(name: &str) -> (Vec<String>, Vec<String>) {
 
 #[test]
 fn the_shipped_plugins_pass_the_conformance_suite() {
-    for name in [
+    let names = [
         "mass-spring",
         "neo-hookean",
         "fibre-reinforced",
         "corotational",
         "cloth",
         "tearing",
+        "contact-laws",
         "octree-grid",
         "scripted",
         "pen",
-    ] {
-        let (failed, skipped) = failed_and_skipped(name);
+    ];
+    let plugins = names.into_iter().flat_map(|name| (0..library(name).plugins().len()).map(move |index| (name, index)));
+    for (name, index) in plugins {
+        let (failed, skipped) = failed_and_skipped(name, index);
         skipped.iter().for_each(|line| println!("{line}"));
         assert!(failed.is_empty(), "\n{}\n", failed.join("\n"));
         let has_no_history = ["mass-spring", "corotational", "fibre-reinforced"].contains(&name);
@@ -49,7 +52,7 @@ fn the_shipped_plugins_pass_the_conformance_suite() {
 
 #[test]
 fn cases_have_unique_names_and_a_sentence_each() {
-    for kind in [Kind::Material, Kind::Grid, Kind::Device] {
+    for kind in [Kind::Material, Kind::Grid, Kind::Device, Kind::ContactLaw] {
         let cases = cases(kind);
         for (i, case) in cases.iter().enumerate() {
             assert!(cases[..i].iter().all(|c| c.name != case.name), "{}", case.name);

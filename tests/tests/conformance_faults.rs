@@ -55,6 +55,17 @@ const FAULTS: &[(&str, &str)] = &[
     ("ignores-stop", "stop-is-immediate"),
     ("never-expires", "stale-force-expires"),
     ("keeps-force-when-reopened", "reopened-device-is-silent"),
+    ("law-derivative-off", "derivatives-are-those-of-the-tractions"),
+    ("law-acts-apart", "apart-there-is-no-traction"),
+    ("law-attracts", "contact-does-not-attract"),
+    ("law-friction-pushes", "friction-opposes-slip"),
+    ("law-gains", "cycles-dissipate"),
+    ("law-axes-differ", "tangent-axes-are-arbitrary"),
+    ("law-depends-on-range", "ranges-are-bit-identical"),
+    ("law-keeps-state", "results-are-deterministic"),
+    ("law-static-scratch", "threads-do-not-interfere"),
+    ("law-divides-by-zero", "finite-at-extremes"),
+    ("law-hides-nan", "nan-is-reported"),
 ];
 
 /// Names of the failed cases.
@@ -92,6 +103,7 @@ fn sound_plugins_fail_no_case() {
         "sound-fibres",
         "sound-brick",
         "sound-finger",
+        "sound-layer",
     ] {
         assert_eq!(failed(&candidate(id)), [""; 0], "{id}");
     }
@@ -100,13 +112,18 @@ fn sound_plugins_fail_no_case() {
 /// Allocations can only be counted in a plugin that is linked into the program with the counting allocator.
 #[test]
 fn allocations_of_a_linked_plugin_are_found() {
-    use faulty_plugins::{SpringMaterial, SpringSheet, fault};
-    use pliant_plugin_api::AsMaterial;
+    use faulty_plugins::{SpringMaterial, SpringSheet, StickingLayer, fault};
+    use pliant_plugin_api::{AsContactLaw, AsMaterial};
     assert_eq!(
         failed(&Candidate::of::<AsMaterial<SpringMaterial<{ fault::ALLOCATES }>>>()),
         ["no-allocation-in-a-step"]
     );
     assert_eq!(failed(&Candidate::of::<AsMaterial<SpringSheet<{ fault::ALLOCATES }>>>()), ["no-allocation-in-a-step"]);
+    assert_eq!(
+        failed(&Candidate::of::<AsContactLaw<StickingLayer<{ fault::ALLOCATES }>>>()),
+        ["no-allocation-in-a-step"]
+    );
+    assert_eq!(failed(&Candidate::of::<AsContactLaw<StickingLayer<{ fault::NONE }>>>()), [""; 0]);
     assert_eq!(failed(&Candidate::of::<AsMaterial<SpringMaterial<{ fault::NONE }>>>()), [""; 0]);
     assert_eq!(failed(&Candidate::of::<AsMaterial<SpringSheet<{ fault::NONE }>>>()), [""; 0]);
 }

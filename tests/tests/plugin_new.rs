@@ -4,7 +4,7 @@ use pliant_tests::{Bench, program};
 use std::path::Path;
 use std::process::Command;
 
-const KINDS: [&str; 3] = ["material", "grid", "device"];
+const KINDS: [&str; 4] = ["material", "grid", "device", "contact-law"];
 
 /// Runs a command in a project and asserts that it succeeds.
 fn run_in(folder: &Path, command: &mut Command) {

@@ -60,6 +60,8 @@ pub enum NewKind {
     Grid,
     /// Gives poses of hands and renders forces
     Device,
+    /// Gives tractions between tools and bodies
+    ContactLaw,
 }
 
 /// The languages of plugins.

@@ -57,10 +57,11 @@ impl Placeholders {
         }
         let snake = name.replace('-', "_");
         let capitalized = |p: &str| p[..1].to_uppercase() + &p[1..];
-        let kind = match args.kind {
-            NewKind::Material => "material",
-            NewKind::Grid => "grid",
-            NewKind::Device => "device",
+        let (kind, role) = match args.kind {
+            NewKind::Material => ("material", "AsMaterial"),
+            NewKind::Grid => ("grid", "AsGrid"),
+            NewKind::Device => ("device", "AsDevice"),
+            NewKind::ContactLaw => ("contact law", "AsContactLaw"),
         };
         // The scene uses the new plugin in its role, and plugins of this program in the others.
         let plugin_of =
@@ -74,7 +75,7 @@ impl Placeholders {
             ("@SNAKE@", snake.clone()),
             ("@TYPE@", name.split('-').map(capitalized).collect()),
             ("@KIND@", kind.to_owned()),
-            ("@ROLE@", format!("As{}", capitalized(kind))),
+            ("@ROLE@", role.to_owned()),
             ("@LIBRARY@", format!("{DLL_PREFIX}{snake}{DLL_SUFFIX}")),
             ("@PLIANT@", source(args)?),
             ("@FEATURES@", if args.kind == NewKind::Material { ", features = [\"lanes\"]" } else { "" }.into()),
@@ -87,6 +88,14 @@ impl Placeholders {
             ("@MATERIAL@", plugin_of(NewKind::Material, "mass-spring")),
             ("@GRID@", plugin_of(NewKind::Grid, "octree-grid")),
             ("@DEVICE@", plugin_of(NewKind::Device, "scripted")),
+            (
+                "@LAW@",
+                if args.kind == NewKind::ContactLaw {
+                    format!("contact-law = {{ plugin = \"{name}\" }}\n")
+                } else {
+                    String::new()
+                },
+            ),
             ("@PATH@", if args.kind == NewKind::Device { String::new() } else { path.to_owned() }),
         ]))
     }

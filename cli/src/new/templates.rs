@@ -20,6 +20,7 @@ pub fn files(kind: NewKind, language: Language) -> Vec<(&'static str, String)> {
             NewKind::Material => include_str!("../../templates/material.rs.txt"),
             NewKind::Grid => include_str!("../../templates/grid.rs.txt"),
             NewKind::Device => include_str!("../../templates/device.rs.txt"),
+            NewKind::ContactLaw => include_str!("../../templates/contact-law.rs.txt"),
         };
         files.push(("src/lib.rs", plugin.to_owned()));
         files.push(("rustfmt.toml", "max_width = 120\nuse_small_heuristics = \"Max\"\n".to_owned()));
@@ -35,6 +36,7 @@ pub fn files(kind: NewKind, language: Language) -> Vec<(&'static str, String)> {
         NewKind::Material => include_str!("../../templates/material.c.txt"),
         NewKind::Grid => include_str!("../../templates/grid.c.txt"),
         NewKind::Device => include_str!("../../templates/device.c.txt"),
+        NewKind::ContactLaw => include_str!("../../templates/contact-law.c.txt"),
     };
     files.push(("src/@SNAKE@.@EXT@", format!("{plugin}{TAIL}")));
     files.push(("include/pliant.h", HEADER.to_owned()));

@@ -359,7 +359,9 @@ impl Plan {
             self.tools.iter().zip(&self.mirrors).filter(|of| of.1.is_none()).map(|of| *of.0).collect();
         for t in own {
             let (tool, name) = (&scene.tool[t], scene.tool[t].name.get_ref());
-            if *tool.friction.get_ref() == [0.0; 2] {
+            if tool.contact_law.is_some() {
+                self.leave_out(format!("friction and restitution of tool `{name}`"), "its contact law has its own");
+            } else if *tool.friction.get_ref() == [0.0; 2] {
                 self.leave_out(format!("friction of tool `{name}`"), "its coefficients are zero");
             }
             if tool.damping.as_ref().is_none_or(|d| d.get_ref().si == 0.0) {

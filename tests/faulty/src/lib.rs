@@ -1,6 +1,7 @@
 //! Faulty plugins for tests: each has one fault, named by its id. One plugin of each kind (`sound-...`) has none, to show that a failure
 //! comes from the fault.
 
+mod contact_law;
 mod device;
 mod fibres;
 mod grid;
@@ -8,11 +9,13 @@ mod material;
 mod normals;
 mod sheet;
 
+use contact_law::RangedLayer;
+pub use contact_law::StickingLayer;
 use device::FingerDevice;
 use fibres::FibreSolid;
 use grid::BoxGrid;
 pub use material::SpringMaterial;
-use pliant_plugin_api::{AsDevice, AsGrid, AsMaterial, Info, Param, export_plugins};
+use pliant_plugin_api::{AsContactLaw, AsDevice, AsGrid, AsMaterial, Info, Param, export_plugins};
 pub use sheet::SpringSheet;
 use std::ffi::CStr;
 
@@ -156,6 +159,28 @@ pub mod fault {
     pub const NORMALS_PULL_AT_REST: u8 = 63;
     /// Gives half the stiffness against tilting.
     pub const TILT_TOO_SOFT: u8 = 64;
+    /// Returns 1.01 times the derivative of its normal traction by the gap.
+    pub const LAW_DERIVATIVE_OFF: u8 = 100;
+    /// Pushes surfaces that do not touch.
+    pub const LAW_ACTS_APART: u8 = 101;
+    /// Attracts surfaces that part fast.
+    pub const LAW_ATTRACTS: u8 = 102;
+    /// Drives what slides fast.
+    pub const LAW_FRICTION_PUSHES: u8 = 103;
+    /// Pushes harder where surfaces part than where they meet.
+    pub const LAW_GAINS: u8 = 104;
+    /// Has twice the friction along the first axis of the tangent plane.
+    pub const LAW_AXES_DIFFER: u8 = 105;
+    /// Pushes the first point of each call harder.
+    pub const LAW_DEPENDS_ON_RANGE: u8 = 106;
+    /// Is harder once it was pressed deep.
+    pub const LAW_KEEPS_STATE: u8 = 107;
+    /// Keeps a gap in a static variable during a call.
+    pub const LAW_STATIC_SCRATCH: u8 = 108;
+    /// Divides by a parameter that may be zero.
+    pub const LAW_DIVIDES_BY_ZERO: u8 = 109;
+    /// Takes a gap that is not a number for none.
+    pub const LAW_HIDES_NAN: u8 = 110;
 }
 
 use fault::*;
@@ -250,4 +275,18 @@ export_plugins!(
     AsDevice<FingerDevice<PANIC>>,
     AsDevice<FingerDevice<NAN>>,
     AsDevice<FingerDevice<REFUSES>>,
+    AsContactLaw<StickingLayer<NONE>>,
+    AsContactLaw<StickingLayer<PANIC>>,
+    AsContactLaw<StickingLayer<NAN>>,
+    AsContactLaw<StickingLayer<LAW_DERIVATIVE_OFF>>,
+    AsContactLaw<StickingLayer<LAW_ACTS_APART>>,
+    AsContactLaw<StickingLayer<LAW_ATTRACTS>>,
+    AsContactLaw<StickingLayer<LAW_FRICTION_PUSHES>>,
+    AsContactLaw<StickingLayer<LAW_GAINS>>,
+    AsContactLaw<StickingLayer<LAW_AXES_DIFFER>>,
+    AsContactLaw<StickingLayer<LAW_KEEPS_STATE>>,
+    AsContactLaw<StickingLayer<LAW_STATIC_SCRATCH>>,
+    AsContactLaw<StickingLayer<LAW_DIVIDES_BY_ZERO>>,
+    AsContactLaw<StickingLayer<LAW_HIDES_NAN>>,
+    RangedLayer,
 );

@@ -73,6 +73,14 @@ pub enum LatticeError {
     /// A call to the grid or material plugin failed.
     #[error(transparent)]
     Host(#[from] HostError),
+    /// The contact law of a tool failed on a body, given by its index.
+    #[error("{error}")]
+    ContactLaw {
+        /// Index of the body.
+        body: u32,
+        /// Why it failed.
+        error: HostError,
+    },
     /// The material refused its elements.
     #[error(transparent)]
     Force(#[from] ForceError),

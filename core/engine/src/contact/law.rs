@@ -41,6 +41,8 @@ pub struct NearPoint {
     pub drive: Vec3,
     /// Area of the undeformed surface it stands for, m^2.
     pub area: f64,
+    /// Inverse of the effective mass of the body along the normal, 1/kg; 0 where it is held, or not known.
+    pub compliance: f64,
 }
 
 /// Force on a body at a contact point: `force - stiffness (x - x0) - damping v`, x0 its position at the beginning of the step.
@@ -71,6 +73,8 @@ struct LawPoint {
 
 /// Speed below which slip is not told from rest, m/s: at 10 nm/s the friction of a law that is regularised at smaller speeds is a damper.
 const SLOWEST_SLIP: f64 = 1e-8;
+/// Halvings in the search for a push that gives out the energy that there is.
+const BISECTIONS: usize = 30;
 
 impl LawContacts {
     /// No contacts yet.
@@ -107,11 +111,8 @@ impl LawContacts {
         end < self.law.reach() || (near.gap < self.law.reach() + margin && find(&self.points, near.key).is_some())
     }
 
-    /// Computes the force at each of the points of a step, which have ascending keys. Other points are no longer in contact.
-    ///
-    /// # Errors
-    /// Returns the error of the law.
-    pub fn press(&mut self, near: impl Iterator<Item = NearPoint>, time: StepTime) -> Result<(), HostError> {
+    /// Begins a step with these points, which have ascending keys. Other points are no longer in contact.
+    pub fn begin(&mut self, near: impl Iterator<Item = NearPoint>) {
         std::mem::swap(&mut self.points, &mut self.previous.0);
         std::mem::swap(&mut self.histories, &mut self.previous.1);
         self.points.clear();
@@ -126,6 +127,21 @@ impl LawContacts {
                 None => self.histories.resize(self.histories.len() + stride, 0.0),
             }
         }
+    }
+
+    /// Moves the points to the states that `near` gives, in the order of the points: for a tool whose position is searched for.
+    pub fn place(&mut self, near: impl Iterator<Item = NearPoint>) {
+        self.points
+            .iter_mut()
+            .zip(near)
+            .for_each(|(point, near)| *point = LawPoint { is_new: point.is_new, ..LawPoint::next(near, Some(*point)) });
+    }
+
+    /// Computes the force at each point of a step.
+    ///
+    /// # Errors
+    /// Returns the error of the law.
+    pub fn press(&mut self, time: StepTime) -> Result<(), HostError> {
         if self.points.is_empty() {
             return Ok(());
         }
@@ -255,8 +271,7 @@ impl LawPoint {
             let depth = -(gap + dt * drive.dot(&normal));
             self.energy = depth.max(0.0) * push.max(0.0);
         }
-        let parting = self.gap_rate(velocity) * dt * push;
-        let share = if is_passive && parting > 0.0 { (self.energy.max(0.0) / parting).min(1.0) } else { 1.0 };
+        let share = if is_passive { self.passive_share([push, stiffness, damping], dt) } else { 1.0 };
         (push, stiffness, damping) = (share * push, share * stiffness, share * damping);
         let rate @ [u, v] = self.expected_slip_rate();
         let at_rest = [0, 1].map(|a| area * rest.tangential[a * count + i]);
@@ -280,6 +295,28 @@ impl LawPoint {
             stiffness: block(stiffness, 0.0),
             damping: block(damping, drag),
         };
+    }
+}
+
+impl LawPoint {
+    /// Largest share, at most 1, of a push (N) with its stiffness (N/m) and damping (N s/m) that gives out no more energy in a step of `dt` (s) than the
+    /// point has taken up, where nothing but the push moves its effective mass.
+    fn passive_share(&self, [push, stiffness, damping]: [f64; 3], dt: f64) -> f64 {
+        let (gap_rate, budget) = (self.gap_rate(self.near.velocity), self.energy.max(0.0));
+        let given = |share: f64| {
+            let resisted = 1.0 + share * self.near.compliance * dt * (damping + dt * stiffness);
+            let end = gap_rate + share * self.near.compliance * dt * push / resisted;
+            share * push / resisted * (end * dt).max(0.0)
+        };
+        if given(1.0) <= budget {
+            return 1.0;
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if given(middle) <= budget { low = middle } else { high = middle }
+        }
+        low
     }
 }
 

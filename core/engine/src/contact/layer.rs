@@ -145,6 +145,7 @@ mod tests {
                     area: spacing * spacing,
                     layer_factor: 1.0,
                     triangle: None,
+                    sample: 0,
                 });
             }
         }

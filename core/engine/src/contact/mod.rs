@@ -4,6 +4,7 @@ mod fingertip;
 mod held;
 mod law;
 mod layer;
+mod layer_law;
 mod loads;
 mod near;
 mod neighbour_list;
@@ -19,6 +20,7 @@ mod triangle_point;
 
 pub use fingertip::{Press, Tip};
 pub use layer::{Layer, Push};
+pub use layer_law::{LawStep, LayerLaw};
 pub use loads::PointLoads;
 pub use near::{ProximitySearch, Query, SurfacePoint, inward, normal_of};
 pub use obstacles::{BodyContacts, ObstacleContacts, PlacedObstacle};

@@ -32,6 +32,8 @@ pub struct SurfacePoint {
     pub layer_factor: f64,
     /// The triangle it is on; `None` for a sample.
     pub triangle: Option<TrianglePoint>,
+    /// Number of the sample among those of its body; 0 for a point of a triangle.
+    pub sample: u32,
 }
 
 /// A query for surface points within `margin` of a shape, or of a point.
@@ -196,6 +198,7 @@ impl ProximitySearch {
                     area,
                     layer_factor,
                     triangle: None,
+                    sample: s as u32,
                 });
             }
         }
@@ -305,6 +308,7 @@ impl ProximitySearch {
                     area: 0.0,
                     layer_factor: 1.0,
                     triangle,
+                    sample: 0,
                 });
             }
         }

@@ -64,7 +64,9 @@ impl SheetLaw {
                 normal = -normal; // the sheet has passed the centre; it is still pushed to the side it came from
             }
             let (drive, velocity) = (tip.velocity_at(point), nodes.v[key as usize]);
-            NearPoint { key, gap: -tip.depth(point, normal), normal, velocity, drive, area: areas[key as usize] }
+            let node = key as usize;
+            let compliance = nodes.constraint[node].filter(normal).norm_squared() / nodes.mass[node];
+            NearPoint { key, gap: -tip.depth(point, normal), normal, velocity, drive, area: areas[node], compliance }
         };
         near.clear();
         let margin = MARGIN * tip.length_scale();
@@ -81,7 +83,8 @@ impl SheetLaw {
     /// # Errors
     /// Returns the error of the law.
     pub fn press(&mut self, time: StepTime) -> Result<impl Iterator<Item = (&NearPoint, &LawForce)>, HostError> {
-        self.contacts.press(self.near.drain(..), time)?;
+        self.contacts.begin(self.near.drain(..));
+        self.contacts.press(time)?;
         Ok(self.contacts.forces())
     }
 

@@ -2,6 +2,7 @@
 
 mod choose;
 mod command;
+mod contact_law_checks;
 mod contact_models;
 mod devices;
 mod edits;
@@ -219,6 +220,9 @@ pub struct ContactChoice {
     pub body: String,
     /// Name of the method in scene files.
     pub by: &'static str,
+    /// Id of the contact law, for a tool that has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub law: Option<String>,
     /// Reason for the choice; empty if the scene gives it.
     pub why: String,
 }

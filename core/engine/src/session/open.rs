@@ -19,7 +19,7 @@ use crate::body::{
     Body, Discretization, FailedTriangles, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin, StiffnessFactor,
     Subdivision,
 };
-use crate::contact::{Friction, SheetTips};
+use crate::contact::{Friction, LayerLaw, SheetTips};
 use crate::edit::BladeEdge;
 use crate::memory::{MemoryAccount, MemoryBudget, document_bytes};
 use crate::plan::Plan;
@@ -219,6 +219,7 @@ impl Session {
         let has_undo = session.recordings.iter().any(|recording| recording.has_undo());
         session.history.kept = !session.plan.history_steps.is_empty() || has_undo;
         session.sample(shared)?;
+        session.check_contact_laws(scene, source)?;
         session.meet(scene);
         session.measure(shared, &opening.measured_keys)?;
         session.choose(scene)?;
@@ -458,6 +459,8 @@ impl Opening<'_> {
         let name = scene.name.get_ref().clone();
         let mut tool = Tool::new(name, place::shape(scene, self.source)?, friction, coupling, bodies);
         tool.blade = scene.blade.as_ref().filter(|_| plan.cuts()).map(|blade| edge(blade.get_ref()));
+        let law = scene.contact_law.as_ref().map(|law| self.contact_law(law.get_ref())).transpose()?;
+        tool.law = law.as_ref().map(|law| LayerLaw::new(Arc::clone(law)));
         let limits =
             ForceLimits { peak: facts.peak_force, continuous: facts.continuous_force, slew: scene.slew.get_ref().si };
         let has_torque = facts.driven_axes >= TORQUE_AXES;
@@ -474,7 +477,7 @@ impl Opening<'_> {
             has_torque: false,
             edit: None,
             soft: (0..bodies).map(|_| None).collect(),
-            law: scene.contact_law.as_ref().map(|law| self.contact_law(law.get_ref())).transpose()?,
+            law,
             restitution,
             ongoing: Default::default(),
             taken_back: None,

@@ -87,6 +87,7 @@ impl Session {
         self.warnings.overlaps = meetings;
         found.extend(overlaps);
         found.extend(self.find_obstacle_warnings());
+        found.extend(self.find_contact_law_warnings(scene, source));
         self.warnings.opening = found;
         Ok(())
     }

@@ -22,9 +22,9 @@ impl Session {
                 let fits = if share <= MAX_EDGE_RATIO { SheetContact::Vertices } else { SheetContact::Triangles };
                 if let Some(law) = &slot.law {
                     slot.soft[index] = Some(SoftTip::with_law(Arc::clone(law)));
-                    let why = format!("for the contact law `{}` of the tool", law.info().id);
-                    let (tool, body) = (slot.tool.name.clone(), body.name.clone());
-                    self.choices.contacts.push(ContactChoice { tool, body, by: "penalty", why });
+                    let why = "a contact law acts at vertices".into();
+                    let (tool, body, law) = (slot.tool.name.clone(), body.name.clone(), Some(law.info().id.clone()));
+                    self.choices.contacts.push(ContactChoice { tool, body, by: "penalty", law, why });
                     continue;
                 }
                 let (by, meets) = match wanted.unwrap_or(fits) {
@@ -40,7 +40,7 @@ impl Session {
                     }
                 };
                 let (tool, body) = (slot.tool.name.clone(), body.name.clone());
-                self.choices.contacts.push(ContactChoice { tool, body, by, why });
+                self.choices.contacts.push(ContactChoice { tool, body, by, law: None, why });
             }
         }
     }

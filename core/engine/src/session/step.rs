@@ -5,7 +5,7 @@ use super::event::{EventKind, Events};
 use super::frame::{Frame, ToolFrame};
 use super::hand_events::{SafetyPass, add_limit_event, add_safety_events};
 use super::{Session, Stage};
-use crate::body::Body;
+use crate::body::{Body, LatticeError};
 use crate::contact::{BodyContacts, ObstacleContacts, SoftTip};
 use crate::edit::Step;
 use crate::tool::{Cause, Tool, TorqueSafety};
@@ -127,7 +127,12 @@ impl Session {
                 time: StepTime { start: time, dt: self.clock.dt },
             };
             if let Err(error) = slot.tool.follow(&mut step) {
-                self.events.add(EventKind::Message, time, || error.to_string());
+                match error {
+                    LatticeError::ContactLaw { body, error } => {
+                        freeze_body(&mut self.bodies[body as usize], &mut self.events, time, error.to_string());
+                    }
+                    error => self.events.add(EventKind::Message, time, || error.to_string()),
+                }
                 slot.tool.release(&slot.hand);
             }
             let slipped = slot.tool.slipped - lost;

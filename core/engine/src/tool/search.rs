@@ -126,6 +126,7 @@ fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: Vec3, reach: f64) ->
                 area: 0.0,
                 layer_factor: 1.0,
                 triangle: None,
+                sample: 0,
             });
         }
     }

@@ -3,7 +3,7 @@
 use super::hand::Hand;
 use super::search::{SurfaceSearch, nearest_on_sheets};
 use crate::body::{Body, LatticeError, interpolate};
-use crate::contact::{Friction, Patch, PointLoads, Proxy, inward};
+use crate::contact::{Friction, LayerLaw, Patch, PointLoads, Proxy, inward};
 use crate::edit::{Action, ActiveBall, BladeEdge, BodyPoint, CutStep, GRIP_REACH, Step};
 use crate::shape::OrientedShape;
 use nalgebra::UnitQuaternion;
@@ -38,6 +38,8 @@ pub struct Tool {
     pub friction: Friction,
     /// Virtual coupling to the hand.
     pub coupling: Coupling,
+    /// Its contact law on solids, if the scene gives one.
+    pub law: Option<LayerLaw>,
     /// Its blade, if it is a knife.
     pub blade: Option<BladeEdge>,
     /// Displacement of the surface at the contact point, inwards or outwards, m.
@@ -81,6 +83,7 @@ impl Tool {
             proxy: Proxy::new(Vec3::zeros(), shape),
             friction,
             coupling,
+            law: None,
             blade: None,
             depth: 0.0,
             presses: Vec::new(),
@@ -242,6 +245,7 @@ impl Tool {
         self.proxy.position = hand.position;
         self.coupling_factor = 1.0;
         self.surface.leave();
+        self.law.iter_mut().for_each(LayerLaw::leave);
         self.springs.iter_mut().for_each(NodeSprings::clear);
     }
 

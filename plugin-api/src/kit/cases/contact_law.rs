@@ -174,14 +174,18 @@ fn derivatives_match(c: &Candidate) -> Result<Verdict, String> {
                     *component(&mut moved) += by;
                     at(moved).map(|t| numbers(&t))
                 };
-                let [before, after] = [moved(-h)?, moved(h)?];
+                let moved = [moved(-2.0 * h)?, moved(-h)?, moved(h)?, moved(2.0 * h)?];
                 for (i, given) in derivatives(&here).into_iter().enumerate() {
                     let Some(given) = given else { continue };
                     let now = numbers(&here)[i];
+                    let [far_before, before, after, far_after] = moved.map(|found| found[i]);
                     // Where the traction has a kink a derivative of either side is one.
-                    let sides = [(now - before[i]) / h, (after[i] - now) / h];
+                    let sides = [
+                        (3.0 * now - 4.0 * before + far_before) / (2.0 * h),
+                        (4.0 * after - 3.0 * now - far_after) / (2.0 * h),
+                    ];
                     let [low, high] = [sides[0].min(sides[1]), sides[0].max(sides[1])];
-                    let rounding = 64.0 * f64::EPSILON * (now.abs() + after[i].abs() + before[i].abs()) / h;
+                    let rounding = 64.0 * f64::EPSILON * (now.abs() + far_after.abs() + far_before.abs()) / h;
                     let allowed = TOLERANCE * low.abs().max(high.abs()) + rounding;
                     ensure(low - allowed <= given && given <= high + allowed, || {
                         let what = ["normal traction", "tangential traction 0", "tangential traction 1"][i];
@@ -359,7 +363,7 @@ fn nan_is_reported(c: &Candidate) -> Result<Verdict, String> {
     with_law(c, |law| {
         let none = vec![0.0; law.history_stride()];
         let (sound, _) = states(&law, 1)?.remove(0);
-        let rest = ContactPoint { slip_rate: [0.0; 2], slip: [0.0; 2], ..sound };
+        let rest = ContactPoint { slip_rate: [0.0; 2], ..sound };
         let depends = |point| -> Result<bool, String> {
             let [here, there] = [sound, point].map(|p| law.traction(p, &none).map_err(describe_fault));
             Ok(numbers(&here?) != numbers(&there?))
