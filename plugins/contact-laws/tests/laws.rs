@@ -123,11 +123,11 @@ fn steady_friction_is_that_of_the_closed_form_over_eight_decades() {
 #[test]
 fn a_velocity_step_has_the_direct_effect_and_decays_over_the_slip_distance() {
     let law = friction();
-    for (v1, v2) in [(1e-6, 1e-5), (1e-4, 1e-6), (2e-3, 3e-3)] {
+    for (v1, v2) in [(1e-6_f64, 1e-5_f64), (1e-4, 1e-6), (2e-3, 3e-3)] {
         let mut history = [(V0 / v1).ln()];
         let before = coefficient(&law, v1, &history);
         let after = coefficient(&law, v2, &history);
-        assert!((after - before - A * (v2 / v1 as f64).ln()).abs() < 1e-12, "{v1} to {v2} m/s");
+        assert!((after - before - A * (v2 / v1).ln()).abs() < 1e-12, "{v1} to {v2} m/s");
         let dt = 0.07 * DISTANCE / v2;
         for step in 1..=100 {
             law.advance(&[sliding(v2, dt)], &mut history, 1).unwrap();

@@ -79,7 +79,7 @@ pub enum LatticeError {
         /// Index of the body.
         body: u32,
         /// Why it failed.
-        error: HostError,
+        error: Box<HostError>,
     },
     /// The material refused its elements.
     #[error(transparent)]

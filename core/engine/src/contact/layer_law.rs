@@ -141,7 +141,7 @@ impl LayerLaw {
             let moved = at.map_or(Vec3::zeros(), |at| self.now[at].point - last.point);
             (moved, moved / dt)
         };
-        self.contacts.advance(&moved, StepTime { start: start - dt, dt })?;
+        self.contacts.advance(moved, StepTime { start: start - dt, dt })?;
         for i in 0..self.last.len() {
             if let Ok(at) = self.now.binary_search_by_key(&self.last[i].key, |sample| sample.key) {
                 self.now[at].velocity = (self.now[at].point - self.last[i].point) / dt;

@@ -31,6 +31,11 @@ impl SheetLaw {
         self.areas.clear();
     }
 
+    /// The areas around nodes, if they are outdated: empty, to be filled.
+    pub fn outdated_areas(&mut self) -> Option<&mut Vec<f64>> {
+        Some(&mut self.areas).filter(|areas| areas.is_empty())
+    }
+
     /// Ends all contacts; their histories are gone.
     pub fn leave(&mut self) {
         self.near.clear();
@@ -43,20 +48,15 @@ impl SheetLaw {
     }
 
     /// Lists those of the `vertices`, nodes ascending with their positions (m), at which the law acts in a step of `dt` (s), for a tip whose path is at
-    /// `centre` (m). `areas` adds the area of the undeformed sheet around each node.
+    /// `centre` (m). Areas must be up to date.
     pub fn find(
         &mut self,
         tip: &Tip,
         centre: Vec3,
-        vertices: impl ExactSizeIterator<Item = (u32, Vec3)>,
+        vertices: impl Iterator<Item = (u32, Vec3)>,
         nodes: &Nodes,
-        areas: &impl Fn(&mut [f64]),
         dt: f64,
     ) {
-        if self.areas.is_empty() && vertices.len() > 0 {
-            self.areas.resize(nodes.len(), 0.0);
-            areas(&mut self.areas);
-        }
         let Self { contacts, areas, near } = self;
         let point = |(key, point): (u32, Vec3)| {
             let mut normal = tip.shape.normal(point - centre).unwrap_or_else(Vec3::z);

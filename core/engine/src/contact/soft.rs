@@ -152,6 +152,11 @@ impl SoftTip {
         self.law.iter_mut().for_each(SheetLaw::leave);
     }
 
+    /// Areas of the undeformed sheet around each node, m^2 (n), if a contact law needs them and they are outdated: empty, to be filled.
+    pub fn outdated_areas(&mut self) -> Option<&mut Vec<f64>> {
+        self.law.as_mut().and_then(SheetLaw::outdated_areas)
+    }
+
     /// Number of contact points in the last step.
     pub fn contacts(&self) -> usize {
         self.contacts.len()
@@ -179,7 +184,7 @@ impl SoftTip {
     }
 
     /// Finds the contacts of `tip` with the `count` triangles of a sheet, whose nodes `triangles` returns, `None` for one that has failed, and writes their
-    /// springs to `out`. `areas` computes the area of the undeformed sheet around each node, m^2 (n); it is called for a contact law alone.
+    /// springs to `out`.
     ///
     /// # Errors
     /// Returns the error of the contact law.
@@ -190,7 +195,6 @@ impl SoftTip {
         count: u32,
         nodes: &Nodes,
         press: SoftPress,
-        areas: impl Fn(&mut [f64]),
         out: &mut NodeSprings,
     ) -> Result<(), HostError> {
         let SoftPress { stiffness, moved, time } = press;
@@ -220,7 +224,7 @@ impl SoftTip {
             self.find(tip, centre, margin.max(ahead), &triangles, &nodes.x);
             if let Some(law) = &mut self.law {
                 let vertices = self.candidates.iter().map(|candidate| (candidate.corners[0], candidate.point));
-                law.find(tip, centre, vertices, nodes, &areas, dt);
+                law.find(tip, centre, vertices, nodes, dt);
                 if law.is_near() {
                     break;
                 }

@@ -167,7 +167,8 @@ fn balance_by_law(
         tool.loads.push(place, scale * push.force, scaled(push.stiffness), scaled(push.damping));
     }
     tool.law = Some(law);
-    tool.proxy.position = balanced.map_err(|error| LatticeError::ContactLaw { body: touch.body, error })?;
+    tool.proxy.position =
+        balanced.map_err(|error| LatticeError::ContactLaw { body: touch.body, error: Box::new(error) })?;
     if total == 0.0 {
         return Ok(());
     }

@@ -60,10 +60,13 @@ impl Session {
                 let count = body.model.surface.triangles.len() as u32;
                 let triangles = |t| (!body.failed_triangles.contains(t)).then(|| sheet.nodes_of(&body.model, t));
                 let press = SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], time };
-                let areas = |areas: &mut [f64]| sheet.add_node_areas(&body.model, areas);
+                if let Some(areas) = soft.outdated_areas() {
+                    areas.resize(body.system.nodes.len(), 0.0);
+                    sheet.add_node_areas(&body.model, areas);
+                }
                 soft.keeps_multipliers = touching == 1;
                 let springs = slot.tool.springs_mut(index);
-                if let Err(error) = soft.press(tip, triangles, count, &body.system.nodes, press, areas, springs) {
+                if let Err(error) = soft.press(tip, triangles, count, &body.system.nodes, press, springs) {
                     soft.leave();
                     freeze_body(body, &mut self.events, start, error.to_string());
                 }
