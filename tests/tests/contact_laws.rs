@@ -141,7 +141,7 @@ struct Press {
 }
 
 impl Press {
-    fn random(case: u64) -> Self {
+    fn random(case: u64, integrator: &str) -> Self {
         let mut random = Random(1000 + case);
         let mut between = |low: f64, high: f64| low * (high / low).powf(random.unit());
         // A step is 20 to 200 um of the hand: over longer ones the sheet's own linearisation gains energy, by constraints too.
@@ -191,7 +191,8 @@ impl Press {
             [time]
             duration = 100
             dt = {dt:e}
-            integrator = "backward-euler"
+            integrator = "{integrator}"
+            most-substeps = 4000
             [solver]
             newton = 4
             [[body]]
@@ -224,31 +225,38 @@ impl Press {
 /// Energy from nowhere, relative to the most a body had: forces of a step are those at its end, and a solid's tool follows its body by a step. Of 64 cases
 /// the worst has 0.023.
 const ENERGY_ERROR: f64 = 0.05;
+/// The same with an explicit scheme, which pushes with the force before a step, while the hand feels the one after it: of 16 cases the worst has 0.23.
+const EXPLICIT_ERROR: f64 = 0.3;
 
 #[test]
 fn no_random_press_gives_a_body_more_energy_than_the_hand_gave() {
     let cases = pliant_tests::asked_cases("LAWS").unwrap_or(0..32);
     let (mut wrong, mut met) = (Vec::new(), 0);
     for case in cases {
-        let press = Press::random(case);
-        let mut session = open(&press.text, 1);
-        let (mut work, mut most, mut last) = (0.0, 0.0_f64, press.start);
-        let mut worst = f64::NEG_INFINITY;
-        for _ in 0..press.steps {
-            session.step();
-            let frame = session.frame();
-            let tool = frame.tools[0];
-            met += usize::from(tool.contact.is_some());
-            // On a solid the hand moves against the coupling, whose spring it loads; on a sheet the tip is where the hand is.
-            work -= tool.force.dot(&(tool.hand - last));
-            last = tool.hand;
-            let energy = frame.kinetic_energy + frame.elastic_energy;
-            most = most.max(energy);
-            worst = worst.max(energy - work);
-        }
-        assert!(session.events.count(EventKind::Quarantine) == 0, "{}: {:?}", press.what, session.events.told());
-        if worst > ENERGY_ERROR * most {
-            wrong.push(format!("{}: {worst:e} J of at most {most:e} J from nowhere", press.what));
+        // The substeps that a sheet asks for are too many for a test.
+        let is_solid = case % 4 >= 2;
+        let explicit = Some(("symplectic-euler", EXPLICIT_ERROR)).filter(|_| is_solid);
+        for (integrator, allowed) in [("backward-euler", ENERGY_ERROR)].into_iter().chain(explicit) {
+            let press = Press::random(case, integrator);
+            let mut session = open(&press.text, 1);
+            let (mut work, mut most, mut last) = (0.0, 0.0_f64, press.start);
+            let mut worst = f64::NEG_INFINITY;
+            for _ in 0..press.steps {
+                session.step();
+                let frame = session.frame();
+                let tool = frame.tools[0];
+                met += usize::from(tool.contact.is_some());
+                // On a solid the hand moves against the coupling, whose spring it loads; on a sheet the tip is where the hand is.
+                work -= tool.force.dot(&(tool.hand - last));
+                last = tool.hand;
+                let energy = frame.kinetic_energy + frame.elastic_energy;
+                most = most.max(energy);
+                worst = worst.max(energy - work);
+            }
+            assert!(session.events.count(EventKind::Quarantine) == 0, "{}: {:?}", press.what, session.events.told());
+            if worst > allowed * most {
+                wrong.push(format!("{}, {integrator}: {worst:e} J of at most {most:e} J from nowhere", press.what));
+            }
         }
     }
     assert!(met > 1000, "they touch in {met} steps");
@@ -267,7 +275,7 @@ fn bits(text: &str, threads: usize, steps: usize) -> Vec<u64> {
 #[test]
 fn bytes_do_not_depend_on_the_number_of_threads() {
     for case in 0..4 {
-        let press = Press::random(case);
+        let press = Press::random(case, "backward-euler");
         let one = bits(&press.text, 1, 60);
         assert_eq!(one, bits(&press.text, 3, 60), "{}", press.what);
     }
@@ -277,7 +285,7 @@ fn bytes_do_not_depend_on_the_number_of_threads() {
 fn a_law_that_panics_or_gives_no_number_stops_its_body_and_is_named() {
     for id in ["law-panics", "law-not-a-number"] {
         for case in [0, 2] {
-            let press = Press::random(case);
+            let press = Press::random(case, "backward-euler");
             let (before, rest) = press.text.split_once("contact-law = {").expect("a law");
             let (_, after) = rest.split_once("} }").expect("its end");
             let law = format!("contact-law = {{ plugin = \"faulty-plugins#{id}\", params = {{ after = 0 }} }}");

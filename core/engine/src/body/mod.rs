@@ -84,6 +84,8 @@ pub struct Body {
     pub samples: Arc<Samples>,
     /// N/m^3, stiffness of the elastic layer (Winkler bed) on the surface: force per depth and area
     pub layer_stiffness: f64,
+    /// Mass of the nodes at the surface per area, kg/m^2; of a solid.
+    pub layer_mass: f64,
     /// Parameters of the material that may vary over the body, in the order of their planes.
     pub params: Vec<String>,
     /// Largest ratio by which painting may raise stiffness over mass of any part; infinite where the integrator follows any.

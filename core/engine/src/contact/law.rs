@@ -14,6 +14,8 @@ use std::sync::Arc;
 /// Contacts of one tool with one body under a law.
 pub struct LawContacts {
     law: Arc<ContactLaw>,
+    /// Whether steps are explicit, so that friction may at most stop what slides.
+    pub is_explicit: bool,
     /// Contact points of this step, by ascending key.
     points: Vec<LawPoint>,
     /// Histories of `points`, one after the other.
@@ -41,7 +43,7 @@ pub struct NearPoint {
     pub drive: Vec3,
     /// Area of the undeformed surface it stands for, m^2.
     pub area: f64,
-    /// Inverse of the effective mass of the body along the normal, 1/kg; 0 where it is held, or not known.
+    /// Inverse of the effective mass of the body, 1/kg; 0 where it is held.
     pub compliance: f64,
 }
 
@@ -81,6 +83,7 @@ impl LawContacts {
     pub fn new(law: Arc<ContactLaw>) -> Self {
         Self {
             law,
+            is_explicit: false,
             points: Vec::new(),
             histories: Vec::new(),
             previous: (Vec::new(), Vec::new()),
@@ -157,7 +160,7 @@ impl LawContacts {
         let [rest, sliding] = &self.tractions;
         let is_passive = !self.law.is_adhesive();
         for (i, point) in self.points.iter_mut().enumerate() {
-            point.set_force(i, rest, sliding, is_passive, time.dt);
+            point.set_force(i, rest, sliding, [is_passive, self.is_explicit], time.dt);
         }
         Ok(())
     }
@@ -260,7 +263,14 @@ impl LawPoint {
     }
 
     /// Sets the force of point number `i` from the tractions without slip and with the expected slip.
-    fn set_force(&mut self, i: usize, rest: &Tractions, sliding: &Tractions, is_passive: bool, dt: f64) {
+    fn set_force(
+        &mut self,
+        i: usize,
+        rest: &Tractions,
+        sliding: &Tractions,
+        [is_passive, is_explicit]: [bool; 2],
+        dt: f64,
+    ) {
         let (NearPoint { gap, normal, velocity, drive, area, .. }, count) = (self.near, rest.normal.len());
         let towards = velocity.dot(&normal);
         let mut push = area * sliding.normal[i];
@@ -277,6 +287,8 @@ impl LawPoint {
         let at_rest = [0, 1].map(|a| area * rest.tangential[a * count + i]);
         let change = [0, 1].map(|a| area * sliding.tangential[a * count + i] - at_rest[a]);
         let drag = (-(change[0] * u + change[1] * v) / (u * u + v * v)).max(0.0);
+        // An explicit step would turn a slip around that more than stops.
+        let drag = if is_explicit { drag.min(1.0 / (self.near.compliance * dt)) } else { drag };
         let axes = self.axes();
         // What the change of friction has across the slip, as of a law that is not the same in all directions, does no work.
         let across: Vec3 = (0..2).map(|a| (change[a] + drag * rate[a]) * axes[a]).sum();

@@ -51,8 +51,12 @@ pub struct LawStep<'a> {
     pub hand: Vec3,
     /// Stiffness of the coupling to the hand, N/m.
     pub coupling: f64,
+    /// Mass of the nodes at the surface per area, kg/m^2.
+    pub mass: f64,
     /// Start and length of the step, s.
     pub time: StepTime,
+    /// Whether the step is explicit.
+    pub is_explicit: bool,
 }
 
 /// Largest number of Newton steps to equilibrium.
@@ -148,6 +152,7 @@ impl LayerLaw {
             }
         }
         let (tool, contacts) = (self.tool.unwrap_or(p), &mut self.contacts);
+        contacts.is_explicit = step.is_explicit;
         contacts.begin(self.now.iter().map(|sample| near_point(sample, step, p, tool)));
         self.last.clone_from(&self.now);
         Ok(())
@@ -182,6 +187,6 @@ fn near_point(sample: &Sample, step: &LawStep<'_>, p: Vec3, before: Vec3) -> Nea
         velocity: sample.velocity,
         drive: (p - before) / step.time.dt,
         area: sample.area,
-        compliance: 0.0,
+        compliance: 1.0 / (step.mass * sample.area),
     }
 }

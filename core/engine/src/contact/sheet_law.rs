@@ -82,7 +82,12 @@ impl SheetLaw {
     ///
     /// # Errors
     /// Returns the error of the law.
-    pub fn press(&mut self, time: StepTime) -> Result<impl Iterator<Item = (&NearPoint, &LawForce)>, HostError> {
+    pub fn press(
+        &mut self,
+        time: StepTime,
+        is_explicit: bool,
+    ) -> Result<impl Iterator<Item = (&NearPoint, &LawForce)>, HostError> {
+        self.contacts.is_explicit = is_explicit;
         self.contacts.begin(self.near.drain(..));
         self.contacts.press(time)?;
         Ok(self.contacts.forces())

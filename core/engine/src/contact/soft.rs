@@ -52,6 +52,8 @@ pub struct SoftPress {
     pub moved: f64,
     /// Start and length of the step, s.
     pub time: StepTime,
+    /// Whether the step is explicit.
+    pub is_explicit: bool,
 }
 
 /// A tip at one position of its path through a step.
@@ -197,7 +199,7 @@ impl SoftTip {
         press: SoftPress,
         out: &mut NodeSprings,
     ) -> Result<(), HostError> {
-        let SoftPress { stiffness, moved, time } = press;
+        let SoftPress { stiffness, moved, time, is_explicit } = press;
         let dt = time.dt;
         std::mem::swap(&mut self.contacts, &mut self.previous);
         self.contacts.clear();
@@ -234,15 +236,15 @@ impl SoftTip {
                 break;
             }
         }
-        self.press_by_law(tip, nodes, time)?;
+        self.press_by_law(tip, nodes, time, is_explicit)?;
         self.write_springs(nodes, out);
         Ok(())
     }
 
     /// Computes the forces of the contact law, if there is one, at the points it has found.
-    fn press_by_law(&mut self, tip: &Tip, nodes: &Nodes, time: StepTime) -> Result<(), HostError> {
+    fn press_by_law(&mut self, tip: &Tip, nodes: &Nodes, time: StepTime, is_explicit: bool) -> Result<(), HostError> {
         let Some(law) = &mut self.law else { return Ok(()) };
-        for (near, force) in law.press(time)? {
+        for (near, force) in law.press(time, is_explicit)? {
             let slip = near.velocity - tip.velocity_at(nodes.x[near.key as usize]);
             self.contacts.push(ContactPoint {
                 corners: [near.key; 3],

@@ -22,6 +22,7 @@ mod relax;
 mod smooth;
 mod stitch;
 mod touch;
+mod touch_by_law;
 mod touch_stroke;
 
 pub use brush::{Brush, BrushShape, Falloff};
@@ -166,6 +167,8 @@ pub struct Step<'a> {
     pub moved: &'a [f64],
     /// Times of the step that follows.
     pub time: StepTime,
+    /// Whether that step is explicit.
+    pub is_explicit: bool,
 }
 
 /// Contact point of an action on a body.

@@ -3,13 +3,14 @@
 //! The proxy P_s stays outside of the surface while the hand P_t penetrates it. The force on the hand is K (P_s - P_t) (Qi, Zhu and Fan 2019);
 //! the opposite force is distributed over the contact area of the body.
 
+use super::touch_by_law::press_by_law;
 use super::{Action, EditKind, Step};
 use crate::body::{Body, EmbeddedPoint, LatticeError};
-use crate::contact::{LawStep, Layer, LayerLaw, Touch as Contact, apply_friction};
+use crate::contact::{Layer, LayerLaw, Touch as Contact, apply_friction};
 use crate::plan::Edit;
 use crate::tool::{Tool, diagonal, direction};
 use nalgebra::Matrix3;
-use pliant_solver::{Block, StepTime, Vec3};
+use pliant_solver::Vec3;
 
 /// Touches surfaces with the tool's proxy.
 pub(super) struct Touch;
@@ -53,8 +54,8 @@ impl Action for Touching {
             return Ok(());
         };
         let body = &mut step.bodies[touch.body as usize];
-        if let Some(law) = tool.law.take() {
-            return balance_by_law(tool, body, law, touch, step.hand.position, step.time);
+        if tool.law.is_some() {
+            return press_by_law(tool, step, touch);
         }
         if Tool::meets_samples(&tool.proxy.shape, body.discretization.edge()) {
             return balance_in_layer(tool, body, hand, touch, anchor);
@@ -131,51 +132,6 @@ fn balance_in_layer(
     let EmbeddedPoint { now, settled } = body.embed_point(touch.rest)?;
     // The place of the rest point, not the mean place of the samples: over a curved surface they differ, and a tool that sticks would creep.
     tool.proxy.set_contact(p, Contact { offset: anchor - now, ..touch });
-    tool.depth = (settled - now).dot(&normal);
-    tool.attach_loads(body, touch.body)
-}
-
-/// Moves the proxy to the equilibrium of a contact law and the coupling, and applies the forces of the law to the samples.
-fn balance_by_law(
-    tool: &mut Tool,
-    body: &mut Body,
-    mut law: LayerLaw,
-    touch: Contact,
-    hand: Vec3,
-    time: StepTime,
-) -> Result<(), LatticeError> {
-    if body.frozen.is_some() {
-        law.leave();
-        tool.law = Some(law);
-        return Ok(());
-    }
-    let shape = tool.proxy.shape.clone();
-    let (samples, coupling) = (tool.proxy.near(), tool.coupling.stiffness);
-    let step = LawStep { body: touch.body, samples, shape: &shape, hand, coupling, time };
-    let balanced = law.balance(&step, tool.proxy.position);
-    let (pushed, total) = law
-        .pushes()
-        .fold((Vec3::zeros(), 0.0), |(pushed, total), (.., push)| (pushed + push.force, total + push.force.norm()));
-    tool.loads.clear();
-    let scale = tool.coupling.cap(pushed.norm());
-    let mut rest = Vec3::zeros();
-    for (place, point, normal, push) in law.pushes().filter(|(.., push)| push.force != Vec3::zeros()) {
-        let fraction = push.force.norm() / total;
-        rest += fraction * place;
-        tool.presses.extend(direction(point - tool.proxy.position).or(Some(normal)).map(|towards| (towards, fraction)));
-        let scaled = |block: Block| block.map(|entry| scale * entry);
-        tool.loads.push(place, scale * push.force, scaled(push.stiffness), scaled(push.damping));
-    }
-    tool.law = Some(law);
-    tool.proxy.position =
-        balanced.map_err(|error| LatticeError::ContactLaw { body: touch.body, error: Box::new(error) })?;
-    if total == 0.0 {
-        return Ok(());
-    }
-    let normal = direction(-pushed).unwrap_or(touch.normal);
-    let touch = Contact { rest, normal, triangle: None, ..touch };
-    let EmbeddedPoint { now, settled } = body.embed_point(touch.rest)?;
-    tool.proxy.set_contact(tool.proxy.position, Contact { offset: tool.proxy.position - now, ..touch });
     tool.depth = (settled - now).dot(&normal);
     tool.attach_loads(body, touch.body)
 }

@@ -78,6 +78,7 @@ impl Session {
                 stiffness => LAYER_SHARE * stiffness.powi(2) * 0.5 * mass,
             };
             body.layer_stiffness = layer / body.discretization.edge().powi(2);
+            body.layer_mass = 0.5 * mass / body.discretization.edge().powi(2);
             let touched =
                 found.with_spring(SpringRates { stiffness: LAYER_SHARE * found.stiffness.powi(2), damping: 0.0 });
             self.limits.planned.push(if self.tools.is_empty() { found } else { touched });

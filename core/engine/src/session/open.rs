@@ -370,6 +370,7 @@ impl Opening<'_> {
             discretization,
             samples: Arc::default(),
             layer_stiffness: 0.0,
+            layer_mass: 0.0,
             params,
             tints: Vec::new(),
             failed_triangles: FailedTriangles::default(),

@@ -48,6 +48,7 @@ impl Session {
     /// Computes the contact forces of soft tips in a step that starts at `start` (s).
     pub(super) fn press_sheets(&mut self, start: f64) {
         let time = StepTime { start, dt: self.clock.dt };
+        let is_explicit = !self.limits.scheme.is_implicit();
         let touching = self.tools.iter().filter(|slot| slot.touches()).count();
         for slot in &mut self.tools {
             let tip = slot.fingertip(self.clock.dt);
@@ -59,7 +60,8 @@ impl Session {
                 };
                 let count = body.model.surface.triangles.len() as u32;
                 let triangles = |t| (!body.failed_triangles.contains(t)).then(|| sheet.nodes_of(&body.model, t));
-                let press = SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], time };
+                let press =
+                    SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], time, is_explicit };
                 if let Some(areas) = soft.outdated_areas() {
                     areas.resize(body.system.nodes.len(), 0.0);
                     sheet.add_node_areas(&body.model, areas);

@@ -118,6 +118,7 @@ impl Session {
     }
 
     fn touch(&mut self, time: f64) {
+        let is_explicit = !self.limits.scheme.is_implicit();
         for slot in &mut self.tools {
             let lost = slot.tool.slipped;
             let mut step = Step {
@@ -125,6 +126,7 @@ impl Session {
                 bodies: &mut self.bodies,
                 moved: &self.moved,
                 time: StepTime { start: time, dt: self.clock.dt },
+                is_explicit,
             };
             if let Err(error) = slot.tool.follow(&mut step) {
                 match error {
