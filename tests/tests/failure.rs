@@ -223,3 +223,84 @@ fn calls_go_around_what_is_gone_and_masses_stay() {
     assert!((system.energy(time).expect("sound") / before - 1.0).abs() < 1e-12, "back with its history");
     assert_eq!(system.failed_count(), 0);
 }
+
+/// Largest forces on a tool and on an obstacle (N) that go through two places of a sheet, which may have been torn away around them before, on a
+/// session of its own or on one that was torn and then taken back.
+fn crossed(contact: &str, radius: f64, torn: bool, undone: bool) -> [f64; 2] {
+    let scene = format!(
+        r#"
+        format = 1
+        gravity = [0, 0, -1e-9]
+        [time]
+        integrator = "backward-euler"
+        [[body]]
+        shape = {{ kind = "sheet", cells = 20, rows = 20, size = [0.1, 0.1, 0] }}
+        sheet = {{ warp = [1, 0, 0] }}
+        fixed = [{{ box = [[-1, -1, -1], [1e-6, 1, 1]] }}, {{ box = [[0.099999, -1, -1], [1, 1, 1]] }}]
+        material = {{ plugin = "tearing", params = {{ young = 1e6, strength = 1e5, fracture-energy = 5000, thickness = 2e-4, damping-time = 5e-3 }} }}
+        [[device]]
+        name = "hand"
+        plugin = "scripted"
+        params = {{ path = [[0, 0.03, 0.05, 0.015], [0.03, 0.03, 0.05, 0.015], [0.06, 0.03, 0.05, -0.005]] }}
+        [[tool]]
+        name = "tip"
+        device = "hand"
+        radius = {radius}
+        sheets = "{contact}"
+        [[edit]]
+        kind = "touch"
+        tool = "tip"
+        [[obstacle]]
+        name = "ball"
+        shape = {{ kind = "sphere", radius = {radius} }}
+        position = [0.07, 0.05, 0.015]
+        path = [[0, 0, 0, 0], [0.03, 0, 0, 0], [0.06, 0, 0, -0.02]]
+        "#
+    );
+    let mut session = open_file(&Bench::new().write("scene.toml", scene), 1, None);
+    session.step();
+    let whole = session.snapshot();
+    if torn {
+        let system = &mut session.bodies[0].system;
+        let rest = &system.nodes.rest;
+        let set = system.sets.iter_mut().find(|set| !set.failed().is_empty()).expect("triangles");
+        let mut history = set.history().to_vec();
+        for (corners, strain) in set.nodes().chunks(3).zip(&mut history) {
+            let middle = corners.iter().map(|node| rest[*node as usize]).sum::<Vec3>() / 3.0;
+            if [0.03, 0.07].iter().any(|x| (middle.x - x).abs() < 0.0175 && (middle.y - 0.05).abs() < 0.02) {
+                *strain = 1e3;
+            }
+        }
+        set.set_history(&history);
+        // The contacts know the sheet as it was.
+        (0..3).for_each(|_| session.step());
+        assert!(session.bodies[0].failed_triangles.loose_nodes().len() > 20);
+    }
+    if undone {
+        session.restore(&whole).expect("goes back");
+    }
+    let mut most = [0.0_f64; 2];
+    for _ in 0..70 {
+        session.step();
+        assert!(session.bodies[0].frozen.is_none(), "{:?}", session.bodies[0].frozen);
+        most = [most[0].max(session.frame().tools[0].force.norm()), most[1].max(session.obstacles()[0].force.norm())];
+    }
+    most
+}
+
+#[test]
+fn nothing_meets_what_has_failed_until_it_is_undone() {
+    for contact in ["vertices", "triangles", "penalty"] {
+        for radius in [0.004, 0.008] {
+            let [tip, ball] = crossed(contact, radius, false, false);
+            assert!(tip > 1e-3 && ball > 1e-3, "{contact}, {radius} m: a whole sheet is met: {tip} and {ball} N");
+            assert_eq!(crossed(contact, radius, true, false), [0.0; 2], "{contact}, {radius} m: nothing is left there");
+            let [again, ball_again] = crossed(contact, radius, true, true);
+            let error = (again / tip - 1.0).abs().max((ball_again / ball - 1.0).abs());
+            assert!(
+                error < 0.05,
+                "{contact}, {radius} m: {again} and {ball_again} N after an undo, {tip} and {ball} N before"
+            );
+        }
+    }
+}

@@ -223,7 +223,7 @@ pub fn remember(folder: &Path, model: &Path, settings: Option<&ReferenceSettings
         Some(settings) => _ = all.insert(model, settings.clone()),
         None => _ = all.remove(&model),
     }
-    let mut file = AtomicFile::create(&folder.join(FILE))?;
+    let mut file = AtomicFile::create_and_clean(&folder.join(FILE))?;
     file.write_all(&serde_json::to_vec_pretty(&all)?)?;
     file.finish()
 }

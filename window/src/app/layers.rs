@@ -135,8 +135,10 @@ impl App {
     }
 
     fn change_layers(&mut self, command: SessionCommand) {
-        // Strengths right after each other are one stroke of the history, so its count does not tell.
-        self.saved_strokes = None;
+        // Strengths right after each other are one stroke of the history, so its count does not tell. Which layer records changes no shape.
+        if !matches!(command, SessionCommand::RecordLayer { .. }) {
+            self.saved_strokes = None;
+        }
         if !matches!(command, SessionCommand::SetLayerStrength { .. } | SessionCommand::RecordLayer { .. }) {
             // Numbers of layers change.
             self.layers.shown.clear();

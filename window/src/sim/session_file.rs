@@ -75,7 +75,7 @@ impl SessionFile {
         let absolute = std::path::absolute(&scene_path).map_err(|error| named(&error))?;
         let text = scene.to_toml(absolute.parent().unwrap_or(Path::new("/"))).map_err(|error| named(&error))?;
         let write = || {
-            let mut file = AtomicFile::create(&scene_path)?;
+            let mut file = AtomicFile::create_and_clean(&scene_path)?;
             file.write_all(text.as_bytes())?;
             file.finish()
         };

@@ -1,5 +1,5 @@
-//! Triangles of a sheet that have failed because the material says so (`pliant.failure/1`): they are neither drawn nor written, and tips that
-//! meet triangles do not meet them. Their vertices stay, with their mass, and are met as before.
+//! Triangles of a sheet that have failed because the material says so (`pliant.failure/1`): they are neither drawn nor written, and nothing meets
+//! them. Their vertices stay, with their mass, and are met as long as they have another triangle.
 //!
 //! Whether an element has failed follows from its history, so an undo, which puts histories back, brings its triangle back too.
 
@@ -13,6 +13,8 @@ use std::sync::Arc;
 pub struct FailedTriangles {
     /// Whether each triangle has failed; empty if none has.
     has_failed: Vec<bool>,
+    /// Nodes all of whose triangles have failed, ascending.
+    loose_nodes: Vec<u32>,
     /// Number of elements of the body that have failed.
     elements: usize,
     /// Number of changes of the elements' list that `has_failed` has been brought up to date with.
@@ -23,6 +25,11 @@ impl FailedTriangles {
     /// Whether a triangle has failed.
     pub fn contains(&self, triangle: u32) -> bool {
         self.has_failed.get(triangle as usize).copied().unwrap_or(false)
+    }
+
+    /// Nodes that have triangles, all of which have failed, ascending: nothing of them is seen, and nothing meets them.
+    pub fn loose_nodes(&self) -> &[u32] {
+        &self.loose_nodes
     }
 
     /// Whether no triangle has failed.
@@ -58,6 +65,14 @@ impl Body {
                 let model = Arc::make_mut(&mut self.model);
                 changed.iter().for_each(|triangle| model.pages.mark(*triangle));
             }
+            let FailedTriangles { has_failed, loose_nodes, .. } = &mut self.failed_triangles;
+            let all_failed = |v: &u32| self.model.around(*v).iter().all(|t| has_failed[*t as usize]);
+            let of_failed = (0_u32..).zip(has_failed.iter()).filter(|(_, failed)| **failed);
+            let vertices = of_failed.flat_map(|(triangle, _)| self.model.surface.triangles[triangle as usize]);
+            loose_nodes.clear();
+            loose_nodes.extend(vertices.filter(all_failed).map(|v| sheet.node_of(v)));
+            loose_nodes.sort_unstable();
+            loose_nodes.dedup();
         }
         elements.saturating_sub(before)
     }

@@ -26,6 +26,8 @@ pub struct SheetTips {
     pub friction_work: f64,
     /// Whether a soft tip, which does not constrain, touches the sheet.
     pub is_pressed: bool,
+    /// Nodes that no tip meets, ascending: those whose triangles have failed.
+    loose_nodes: Vec<u32>,
     /// Vertices near each tip.
     near: Vec<NeighbourList>,
     /// Velocity of each tip with a mass in a Newton iteration of an implicit step; empty in explicit steps, which take the force of the step before.
@@ -66,6 +68,15 @@ impl SheetTips {
         self.previous.clear();
     }
 
+    /// Sets the nodes that no tip meets, ascending.
+    pub fn set_loose_nodes(&mut self, nodes: &[u32]) {
+        if self.loose_nodes != nodes {
+            self.loose_nodes.clear();
+            self.loose_nodes.extend_from_slice(nodes);
+            self.near.iter_mut().for_each(NeighbourList::invalidate);
+        }
+    }
+
     /// Updates the neighbour lists for nodes at `x` (n x 3, m) and a step of `dt` (s).
     fn update_near(&mut self, x: &[Vec3], dt: f64) {
         self.near.resize_with(self.tips.len(), NeighbourList::default);
@@ -74,7 +85,8 @@ impl SheetTips {
             let travel = dt * tip.velocity.norm() + self.moved;
             let Some(reach) = near.refresh(tip.position, tip.shape.shape(), self.moved, travel) else { continue };
             let within = |i: &u32| (x[*i as usize] - tip.position).norm_squared() <= reach * reach;
-            near.list.extend((0..x.len() as u32).filter(within));
+            let is_met = |i: &u32| self.loose_nodes.binary_search(i).is_err();
+            near.list.extend((0..x.len() as u32).filter(within).filter(is_met));
         }
     }
 

@@ -95,6 +95,7 @@ impl Session {
             return;
         }
         let tips = &mut self.sheet_tips[index];
+        tips.set_loose_nodes(self.bodies[index].failed_triangles.loose_nodes());
         tips.tips.clear();
         tips.friction_work = 0.0;
         tips.moved = self.moved[index];

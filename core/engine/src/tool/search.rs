@@ -110,7 +110,7 @@ fn search(
 /// The point of a sheet closest to `centre` within `reach`, both in m.
 fn on_sheet(index: u32, body: &Body, sheet: &Sheet, centre: Vec3, reach: f64) -> Option<SurfacePoint> {
     let mut best: Option<SurfacePoint> = None;
-    for triangle in 0..body.model.surface.triangles.len() as u32 {
+    for triangle in (0..body.model.surface.triangles.len() as u32).filter(|t| !body.failed_triangles.contains(*t)) {
         let corners = sheet.nodes_of(&body.model, triangle).map(|n| body.system.nodes.x[n as usize]);
         let closest = closest_point(centre, corners);
         let d = closest.point - centre;

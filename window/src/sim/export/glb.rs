@@ -57,7 +57,7 @@ pub(super) fn write_glb(
     let length = u32::try_from(length).map_err(|_| too_long())?;
     let header = Header { magic: *b"glTF", version: 2, length };
     let glb = Glb { header, json: Cow::Owned(text.into_bytes()), bin: Some(Cow::Owned(file.bytes)) };
-    let mut out = AtomicFile::create(path)?;
+    let mut out = AtomicFile::create_and_clean(path)?;
     {
         let mut buffered = BufWriter::new(&mut out);
         glb.to_writer(&mut buffered).map_err(|error| io::Error::other(format!("{}: {error}", path.display())))?;

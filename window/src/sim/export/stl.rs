@@ -17,7 +17,7 @@ pub(super) fn write_stl(body: &Body, path: &Path) -> io::Result<()> {
         .filter_map(|triangle| body.look(triangle))
         .map(|look| look.corners.map(|vertex| body.skin.x[vertex as usize]))
         .collect();
-    let mut file = AtomicFile::create(path)?;
+    let mut file = AtomicFile::create_and_clean(path)?;
     {
         let mut out = BufWriter::new(&mut file);
         let mut title = [b' '; 80];

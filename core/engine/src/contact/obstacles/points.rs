@@ -54,6 +54,8 @@ impl Point {
 pub(super) struct Candidates {
     /// Nodes of a sheet, or surface cells of a solid, in which points are.
     carriers: Vec<u32>,
+    /// Nodes of a sheet that meet nothing, ascending: those whose triangles have failed.
+    loose_nodes: Vec<u32>,
     /// For each obstacle and carrier: travel at which they could touch, m.
     due: Vec<f64>,
     /// Obstacles and carriers that are near each other in this step.
@@ -87,13 +89,18 @@ impl Candidates {
         reach: f64,
         points: &mut Vec<Point>,
     ) -> Result<(), LatticeError> {
-        let Body { discretization, system, samples, .. } = &mut *body;
+        let Body { discretization, system, samples, failed_triangles, .. } = &mut *body;
         let nodes = &system.nodes;
+        if self.loose_nodes != failed_triangles.loose_nodes() {
+            self.loose_nodes = failed_triangles.loose_nodes().to_vec();
+            self.is_outdated = true;
+        }
         if self.is_outdated || self.due.is_empty() {
             self.carriers.clear();
             match discretization {
                 Discretization::Sheet(sheet) => {
-                    self.carriers.extend((0..nodes.len() as u32).filter(|n| sheet.vertex_of(*n).is_some()));
+                    let is_met = |n: &u32| sheet.vertex_of(*n).is_some() && self.loose_nodes.binary_search(n).is_err();
+                    self.carriers.extend((0..nodes.len() as u32).filter(is_met));
                 }
                 Discretization::Lattice(lattice) => self.carriers = lattice.surface_cells(samples)?,
             }
