@@ -4,10 +4,7 @@ use crate::args::{Cli, DeviceCommand, DoctorArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{print, print_json};
 use crate::search::search_path;
-use pliant_host::{
-    Finding, Library, ParamKind, ParamSettings, ParamValue, PluginInfo, PluginKind, SearchPath, probe_device,
-    realtime_rights,
-};
+use pliant_host::{Finding, Library, ParamSettings, PluginInfo, PluginKind, SearchPath, probe_device, realtime_rights};
 use pliant_plugin_api::abi;
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -129,7 +126,7 @@ fn probe_one(search: &SearchPath, name: &str, set: &[(String, String)]) -> Resul
     let no_device = || Failure::input(format!("`{name}` is not a device; `pliant device list` names the devices"));
     let by_id = library.plugins().iter().find(|p| p.kind == PluginKind::Device && p.id == *name);
     let info = by_id.or_else(|| library.only_plugin(PluginKind::Device)).ok_or_else(no_device)?;
-    let settings = set.iter().map(|(key, text)| param_setting(info, key, text)).collect::<Result<_, _>>();
+    let settings = set.iter().map(|(key, text)| info.setting(key, text)).collect::<Result<_, _>>();
     Ok(ProbedDevice::probe(library, info, &settings.map_err(Failure::input)?))
 }
 
@@ -140,22 +137,6 @@ fn finding_lines(finding: &Finding) -> Vec<String> {
         lines.push(format!("           -> {}", finding.remedy));
     }
     lines
-}
-
-/// Index and value of a parameter that was given as text.
-fn param_setting(info: &PluginInfo, key: &str, text: &str) -> Result<(usize, ParamValue), String> {
-    let known = || info.params.iter().map(|p| p.key.as_str()).collect::<Vec<_>>().join(", ");
-    let index = info.params.iter().position(|p| p.key == key);
-    let index = index.ok_or_else(|| format!("`{}` has no parameter `{key}`; allowed is {}", info.id, known()))?;
-    let param = &info.params[index];
-    let value = match param.kind {
-        ParamKind::Number { .. } => text.parse().map(ParamValue::Number).map_err(|_| param.allowed()),
-        ParamKind::Table { .. } => Err("nothing here: tables are for scenes".into()),
-        ParamKind::Choice { .. } | ParamKind::Text | ParamKind::Path => Ok(ParamValue::Text(text.to_owned())),
-    };
-    let value = value.map_err(|allowed| format!("`{key}` is `{text}`; allowed is {allowed}"))?;
-    param.check(&value).map_err(|reason| format!("`{key}`: {reason}"))?;
-    Ok((index, value))
 }
 
 /// Runs the emulator of a device, in the place of this process where the system can.

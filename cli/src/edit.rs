@@ -55,6 +55,12 @@ fn window_arguments(cli: &Cli, args: &EditArgs) -> Vec<std::ffi::OsString> {
     if let Some(level) = args.level {
         add("--level", &level.to_string());
     }
+    if let Some(device) = &args.device {
+        add("--device", device);
+    }
+    for (key, value) in &args.device_set {
+        add("--device-set", &format!("{key}={value}"));
+    }
     if let Some(samples) = &args.antialias {
         add("--antialias", samples);
     }

@@ -22,15 +22,20 @@ pub struct Bout {
 
 impl Bout {
     /// Takes the devices of a session out and puts arms in.
-    pub fn new(mut session: Session, models: Vec<ArmModel>) -> Self {
+    pub fn new(session: Session, models: Vec<ArmModel>) -> Self {
+        let (arms, states): (Vec<Arm>, _) = models.into_iter().map(Arm::new).unzip();
+        let devices = arms.into_iter().map(|arm| Box::new(arm) as Box<dyn HapticDevice>);
+        Self::with_devices(session, devices.collect(), states)
+    }
+
+    /// Takes the devices of a session out and puts these in, which move these arms.
+    pub fn with_devices(
+        mut session: Session,
+        devices: Vec<Box<dyn HapticDevice>>,
+        arms: Vec<Arc<Mutex<ArmState>>>,
+    ) -> Self {
         drop(session.take_devices());
         session.drive_tips();
-        let (mut devices, mut arms) = (Vec::<Box<dyn HapticDevice>>::new(), Vec::new());
-        for model in models {
-            let (arm, state) = Arm::new(model);
-            devices.push(Box::new(arm));
-            arms.push(state);
-        }
         let (servo, port) = Servo::new(&session, devices, None);
         Self { session, servo, port, arms, tick: 0 }
     }

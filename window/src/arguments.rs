@@ -1,7 +1,7 @@
 //! Arguments of the program.
 
 use crate::opening::OpenRequest;
-use pliant_editor::LengthUnit;
+use pliant_editor::{DeviceRequest, LengthUnit};
 use std::path::PathBuf;
 
 /// How the program is called.
@@ -14,6 +14,8 @@ usage: pliant edit [MODEL.obj | SCENE.toml] [options]
   --unit UNIT          length of a unit of the file: m, cm, mm or in; guessed from the size by default
   --level N            level of the grid in a solid: 2^(N - 1) cells along its longest edge; 6 by default
   --subdivide          divide large faces of a model until a touch shows; the saved model has the divided faces
+  --device NAME        device that has the hand in the place of the pointer, as `pliant device list` names it
+  --device-set K=V     parameter of the device, as library=libHD.so; may be given more than once
   --antialias N        samples of a pixel: 0, 2, 4 or 8; 4 by default, 0 is faster without a graphics card
   --autosave DIR       where shapes are kept after each stroke; by default with the user's other state
   --log FILE           write what happens in the window, a line of JSON for each event
@@ -38,6 +40,8 @@ pub struct Arguments {
     pub level: u32,
     /// Whether large faces of a model are divided.
     pub subdivide: bool,
+    /// Device that has the hand.
+    pub device: Option<DeviceRequest>,
     /// Samples of a pixel.
     pub antialias: u16,
     /// Where shapes are kept after each stroke; `None`: with the user's other state.
@@ -62,6 +66,7 @@ impl Default for Arguments {
             unit: None,
             level: 6,
             subdivide: false,
+            device: None,
             antialias: 4,
             autosave: None,
             log: None,
@@ -83,6 +88,7 @@ impl Arguments {
             level: self.level,
             subdivide: self.subdivide,
             autosave: self.autosave.clone(),
+            device: self.device.clone(),
             ..OpenRequest::new(self.path.clone().unwrap_or_default())
         }
     }
@@ -93,6 +99,7 @@ impl Arguments {
     /// A sentence on an option that does not exist, or has no or another value than is allowed.
     pub fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Self, String> {
         let mut parsed = Self::default();
+        let mut settings = Vec::new();
         while let Some(argument) = arguments.next() {
             let mut next = || arguments.next().ok_or_else(|| format!("{argument} needs a value"));
             match argument.as_str() {
@@ -103,6 +110,8 @@ impl Arguments {
                 "--unit" => parsed.unit = Some(unit(&next()?)?),
                 "--level" => parsed.level = number(&argument, &next()?, 2..=10)?,
                 "--subdivide" => parsed.subdivide = true,
+                "--device" => parsed.device = Some(DeviceRequest { plugin: next()?, settings: Vec::new() }),
+                "--device-set" => settings.push(setting(&next()?)?),
                 "--antialias" => parsed.antialias = antialias(&next()?)?,
                 "--autosave" => parsed.autosave = Some(next()?.into()),
                 "--log" => parsed.log = Some(next()?.into()),
@@ -112,6 +121,11 @@ impl Arguments {
                 path if parsed.path.is_none() => parsed.path = Some(path.into()),
                 path => return Err(format!("one model at a time; there is already another beside `{path}`")),
             }
+        }
+        match &mut parsed.device {
+            Some(device) => device.settings = settings,
+            None if !settings.is_empty() => return Err("--device-set is for --device".into()),
+            None => {}
         }
         if parsed.without_window && parsed.measure.is_none() {
             return Err("--without-window is for --measure".into());
@@ -130,6 +144,13 @@ where
 {
     let parsed = text.parse().ok().filter(|number| allowed.contains(number));
     parsed.ok_or_else(|| format!("{option} {text}; allowed is {} to {}", allowed.start(), allowed.end()))
+}
+
+/// A parameter and its value.
+fn setting(text: &str) -> Result<(String, String), String> {
+    let parts = text.split_once('=').filter(|(key, _)| !key.is_empty());
+    let (key, value) = parts.ok_or_else(|| format!("--device-set {text}; allowed is KEY=VALUE"))?;
+    Ok((key.to_owned(), value.to_owned()))
 }
 
 fn unit(text: &str) -> Result<LengthUnit, String> {
@@ -166,6 +187,9 @@ mod tests {
         assert_eq!((all.path, all.unit, all.level), (Some("a.obj".into()), Some(LengthUnit::Millimetre), 5));
         assert_eq!((all.threads, all.plugin_path, all.log), (2, vec!["p".into()], Some("l".into())));
         assert_eq!(all.allow_plugins, ["q"].map(PathBuf::from));
+        let device = parse("--device-set a=1 --device phantom --device-set b=c=d").unwrap().device.unwrap();
+        let settings = [("a", "1"), ("b", "c=d")].map(|(key, value)| (key.to_owned(), value.to_owned()));
+        assert_eq!((device.plugin.as_str(), &device.settings[..]), ("phantom", &settings[..]));
         for (text, named) in [
             ("--unit ft", "ft"),
             ("--level 99", "2 to 10"),
@@ -174,6 +198,8 @@ mod tests {
             ("--log", "needs a value"),
             ("--measure 5", "needs a model"),
             ("a.obj --without-window", "--measure"),
+            ("a.obj --device-set x=1", "--device"),
+            ("a.obj --device d --device-set x", "KEY=VALUE"),
         ] {
             let error = parse(text).unwrap_err();
             assert!(error.contains(named), "{text}: {error}");

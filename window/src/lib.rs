@@ -9,6 +9,7 @@
 pub mod app;
 pub mod arguments;
 pub mod gl;
+pub mod led_hand;
 pub mod materials;
 pub mod opening;
 pub mod picture;

@@ -1,13 +1,13 @@
 //! From a file to a session: a model becomes a scene with one hand, a scene gets that hand in the place of its own.
 
 use pliant_editor::{
-    Draft, DraftMaterial, HandSettings, LengthUnit, MAX_PAINTED, SOLIDS, SolidPreset, Substance, SubstanceChoice,
-    fabrics, give_hand,
+    DeviceChoice, DeviceRequest, Draft, DraftMaterial, HandSettings, LengthUnit, MAX_PAINTED, SOLIDS, SolidPreset,
+    Substance, SubstanceChoice, fabrics, give_hand,
 };
 use pliant_engine::plan::Plan;
 use pliant_engine::scene::{self, Scene, Source};
 use pliant_engine::session::{Options, Session};
-use pliant_host::{AllowedFolders, Library, PluginKind, SearchPath};
+use pliant_host::{AllowedFolders, Device, Library, PluginKind, SearchPath};
 use pliant_mesh::{ObjDocument, Surface};
 use std::path::{Path, PathBuf};
 use toml_edit::DocumentMut;
@@ -41,6 +41,8 @@ pub struct OpenRequest {
     pub fabric: String,
     /// Level of the grid in a solid.
     pub level: u32,
+    /// Device that has the hand; `None`: the pointer has it.
+    pub device: Option<DeviceRequest>,
 }
 
 /// The material a new model gets: soft enough for a hand, stiff enough to keep its shape.
@@ -63,7 +65,7 @@ impl OpenRequest {
     ///
     /// # Errors
     /// An allowed folder that is not there.
-    fn search(&self) -> Result<SearchPath, String> {
+    pub fn search(&self) -> Result<SearchPath, String> {
         let allowed = AllowedFolders::new(&self.allow_plugins).map_err(|error| error.to_string())?;
         Ok(SearchPath::new(&self.plugin_path).allow(allowed))
     }
@@ -84,7 +86,13 @@ impl OpenRequest {
             solid_plugin: "mass-spring".into(),
             fabric: DEFAULT_FABRIC.into(),
             level: 6,
+            device: None,
         }
+    }
+
+    /// Folder that paths of a scene, and of the parameters of a device, are relative to.
+    fn folder(&self) -> &Path {
+        self.path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
     }
 
     /// Where the `mtllib` files of a model are, also if its present shape is in a file elsewhere; `None` for a scene, whose models have theirs beside them.
@@ -115,6 +123,8 @@ pub struct ModelFacts {
     pub fabrics: Vec<String>,
     /// Parameters of the material that strokes may paint, in the order of [`PaintStroke::param`](pliant_editor::PaintStroke).
     pub painted: Vec<&'static str>,
+    /// Devices of the scene that can have the hand; none for a model.
+    pub devices: Vec<DeviceChoice>,
 }
 
 /// An opened session and what is known of its model.
@@ -129,6 +139,8 @@ pub struct Opened {
     pub mesh: Option<PathBuf>,
     /// What is known of it.
     pub facts: ModelFacts,
+    /// The device that is to have the hand, or a sentence why it cannot; `None` where the pointer has it.
+    pub device: Option<Result<Device, String>>,
 }
 
 /// Opens a model or a scene.
@@ -144,12 +156,14 @@ pub fn open(request: &OpenRequest) -> Result<Opened, String> {
     facts.cap_material.clone_from(&plan.cap_material);
     let search = request.search()?;
     let mesh = request.shape.clone().filter(|_| request.is_scene());
-    let options = Options { mesh: mesh.clone(), ..Options::new(search, request.threads) };
+    let options = Options { mesh: mesh.clone(), ..Options::new(search.clone(), request.threads) };
     let session = Session::open(&scene, &source, plan, &options).map_err(|error| error.to_string())?;
     if session.bodies.is_empty() {
         return Err(format!("{}: nothing in it can be moved by a hand", request.path.display()));
     }
-    Ok(Opened { session, scene, source, mesh, facts })
+    // Last, so that an arm moves for nobody while a model is read.
+    let device = request.device.as_ref().map(|device| device.open(&search, request.folder(), session.dt()));
+    Ok(Opened { session, scene, source, mesh, facts, device })
 }
 
 /// The text of the scene of a model.
@@ -191,6 +205,7 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         cap_material: String::new(),
         fabrics: fabrics_of(&request.search()?),
         painted: draft.painted().to_vec(),
+        devices: Vec::new(),
     };
     Ok((text, facts))
 }
@@ -242,6 +257,11 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let varies = |param: &&str| session.bodies.iter().any(|body| body.params.iter().any(|key| key == param));
     let painted: Vec<&'static str> = PAINTABLE.into_iter().filter(varies).collect();
     give_hand(&mut document, &hand, &painted);
+    let choice = |device: &scene::DeviceScene| {
+        let (name, request) = (device.name.get_ref().clone(), DeviceRequest::of_scene(device)?);
+        Some(DeviceChoice { name, summary: request.plugin.clone(), request })
+    };
+    let devices = scene.device.iter().filter_map(choice).collect();
     let facts = ModelFacts {
         hand,
         substance: None,
@@ -250,6 +270,7 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         cap_material: String::new(),
         fabrics: Vec::new(),
         painted,
+        devices,
     };
     Ok((document.to_string(), facts))
 }

@@ -129,6 +129,14 @@ pub const NOTHING_TO_PAINT: &str = "The material lets no parameter vary over a b
 pub const KEEP: &str = "Keep the shape";
 /// See [`KEEP`].
 pub const SPRING_BACK: &str = "Spring back";
+/// Label of what has the hand.
+pub const HAND: &str = "Hand";
+/// The pointer, where it has the hand.
+pub const POINTER: &str = "mouse";
+/// Label of the share of the force that a device renders.
+pub const FORCE_SHARE: &str = "Force";
+/// See [`FORCE_SHARE`].
+pub const FORCE_SHARE_HINT: &str = "Share of the force that the device can render without trembling.";
 /// Label of the planes of symmetry.
 pub const SYMMETRY: &str = "Symmetry";
 /// Without a plane of symmetry.
@@ -297,3 +305,13 @@ pub fn unit_question(extent: f64) -> String {
 
 /// What the model is drawn beside, and how long that is.
 pub const HAND_BESIDE: &str = "a hand, 19 cm";
+
+/// What a device that is lost is told with. `why`: what it returned.
+pub fn device_lost(why: &str) -> String {
+    format!("The device is lost ({why}); the mouse has the hand.")
+}
+
+/// How far the hand goes in the scene for a centimetre of the device.
+pub fn device_scale(step: &str) -> String {
+    format!("1 cm of the device is {step}")
+}

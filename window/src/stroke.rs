@@ -1,6 +1,8 @@
 //! The hands of the session, moved by the pointer.
 
+use crate::led_hand::{HandNews, LedHand};
 use crate::symmetry::MirrorPlane;
+use crate::view::Camera;
 use pliant_editor::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
 use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::PointerHandle;
@@ -16,6 +18,8 @@ pub struct HandControl {
     stroke: Option<Stroke>,
     /// Where the hand was sent last.
     place: Option<HandPlace>,
+    /// A device that can have the hand in the place of the pointer.
+    led: Option<LedHand>,
 }
 
 /// A stroke under way.
@@ -52,13 +56,45 @@ const HOVER: f64 = 0.6;
 
 impl HandControl {
     /// The hands of a session whose devices stand at `device_frame`.
-    pub fn new([hand, mirror]: [PointerHandle; 2], device_frame: DeviceFrame) -> Self {
-        Self { hand, mirror, device_frame, plane: None, stroke: None, place: None }
+    pub fn new([hand, mirror]: [PointerHandle; 2], led: Option<LedHand>, device_frame: DeviceFrame) -> Self {
+        Self { hand, mirror, device_frame, plane: None, stroke: None, place: None, led }
+    }
+
+    /// The device that can have the hand.
+    pub fn led(&self) -> Option<&LedHand> {
+        self.led.as_ref()
+    }
+
+    /// Whether a device has the hand.
+    pub fn is_led(&self) -> bool {
+        self.led.as_ref().is_some_and(LedHand::leads)
+    }
+
+    /// Gives the hand to the device, or to the pointer; nothing without a device.
+    pub fn set_led(&mut self, leads: bool) {
+        self.end();
+        self.mirror.remove();
+        if let Some(led) = &mut self.led {
+            led.set_leads(leads);
+        }
+    }
+
+    /// Guides the device for a frame, and the hand that mirrors it; as for [`LedHand::advance`].
+    pub fn lead(&mut self, camera: &Camera, buttons: [u32; 3], force_share: f64) -> HandNews {
+        let Some(led) = &mut self.led else { return HandNews::None };
+        let news = led.advance(camera, buttons, force_share);
+        match (&self.plane, led.place()) {
+            (Some(plane), Some((place, buttons))) if led.leads() => {
+                glide(&mut self.mirror, &self.device_frame, &plane.hand(&place), buttons, GLIDE);
+            }
+            _ => self.mirror.remove(),
+        }
+        news
     }
 
     /// The next stroke is made on both sides of a plane, or on one.
     pub fn set_mirror(&mut self, plane: Option<MirrorPlane>) {
-        if self.stroke.is_none() {
+        if !self.is_busy() {
             self.plane = plane;
         }
     }
@@ -92,7 +128,7 @@ impl HandControl {
 
     /// Whether a stroke is under way.
     pub fn is_busy(&self) -> bool {
-        self.stroke.is_some()
+        self.stroke.is_some() || self.led.as_ref().is_some_and(LedHand::is_busy)
     }
 
     /// The pointer has moved.

@@ -29,6 +29,11 @@ impl ToolKind {
         all.iter().find(|tool| tool.name() == name).copied()
     }
 
+    /// What a device does without a button: it feels the surface.
+    pub fn feeling(all: &[Self]) -> Option<Self> {
+        all.iter().find(|tool| tool.name() == FIRST[0]).copied()
+    }
+
     /// What any tool does with Shift held, if the engine has it.
     pub fn smoothing(all: &[Self]) -> Option<Self> {
         all.iter().find(|tool| tool.name() == SMOOTHING).copied()

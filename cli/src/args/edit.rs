@@ -1,6 +1,6 @@
 //! Arguments of `pliant edit`.
 
-use super::values::thread_count;
+use super::values::{setting, thread_count};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -11,6 +11,7 @@ Examples:
   pliant edit model.obj                    sculpt a model with the mouse
   pliant edit scenes/touch.toml            the bodies of a scene, under a hand of the window
   pliant edit model.obj --unit mm --level 5
+  pliant edit model.obj --device phantom   sculpt it with an arm, which gives its force back
   pliant edit model.obj --measure 10       what the window costs the haptic loop and the simulation, as JSON
 
 The window is the program `pliant-window`, beside `pliant` or on the path. docs/window.md shows the first ten minutes.")]
@@ -29,6 +30,12 @@ pub struct EditArgs {
     /// Number of threads; 0 uses all processors
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,
+    /// Device that has the hand in the place of the pointer, as `pliant device list` names it
+    #[arg(long, value_name = "NAME")]
+    pub device: Option<String>,
+    /// Parameter of the device; may be given more than once
+    #[arg(long, value_name = "KEY=VALUE", requires = "device", value_parser = setting)]
+    pub device_set: Vec<(String, String)>,
     /// Samples of a pixel: 0, 2, 4 or 8; 0 is faster without a graphics card [default: 4]
     #[arg(long, value_name = "N", value_parser = ["0", "2", "4", "8"])]
     pub antialias: Option<String>,

@@ -7,6 +7,7 @@
 
 pub mod surface;
 
+mod device;
 mod draft;
 mod hand;
 mod hand_scene;
@@ -15,6 +16,7 @@ mod session_scene;
 mod substance;
 mod units;
 
+pub use device::{DeviceChoice, DeviceRequest, device_choices};
 pub use draft::{BODY, Draft, DraftMaterial, TOOL_SHARE};
 pub use hand::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
 pub use hand_scene::{

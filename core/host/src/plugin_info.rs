@@ -118,6 +118,25 @@ impl PluginInfo {
     pub fn fields(&self) -> impl Iterator<Item = &ParamInfo> {
         self.params.iter().filter(|param| param.is_field)
     }
+
+    /// Place and value of a parameter that is given as text, a number in the parameter's own unit.
+    ///
+    /// # Errors
+    /// Returns a message with the key and what is allowed.
+    pub fn setting(&self, key: &str, text: &str) -> Result<(usize, ParamValue), String> {
+        let known = || self.params.iter().map(|p| p.key.as_str()).collect::<Vec<_>>().join(", ");
+        let index = self.params.iter().position(|p| p.key == key);
+        let index = index.ok_or_else(|| format!("`{}` has no parameter `{key}`; allowed is {}", self.id, known()))?;
+        let param = &self.params[index];
+        let value = match param.kind {
+            ParamKind::Number { .. } => text.parse().map(ParamValue::Number).map_err(|_| param.allowed()),
+            ParamKind::Table { .. } => Err("nothing here: tables are for scenes".into()),
+            ParamKind::Choice { .. } | ParamKind::Text | ParamKind::Path => Ok(ParamValue::Text(text.to_owned())),
+        };
+        let value = value.map_err(|allowed| format!("`{key}` is `{text}`; allowed is {allowed}"))?;
+        param.check(&value).map_err(|reason| format!("`{key}`: {reason}"))?;
+        Ok((index, value))
+    }
 }
 
 impl ParamInfo {

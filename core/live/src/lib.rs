@@ -32,6 +32,7 @@
 
 mod deadline;
 mod device;
+mod guided;
 mod haptic_thread;
 mod histogram;
 mod pointer;
@@ -47,6 +48,7 @@ mod view;
 mod watchdog;
 
 pub use device::{HapticDevice, StopDevice};
+pub use guided::{DeviceScale, Guide, GuideHandle, GuidedDevice, GuidedHand};
 pub use histogram::{Histogram, Percentiles};
 pub use pointer::{PointerDevice, PointerHandle};
 pub use realtime::{RealtimeStatus, ThreadUsage};

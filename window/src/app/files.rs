@@ -208,7 +208,8 @@ impl App {
                 |ui| {
                     ui.set_max_width(620.0);
                     ui.label(egui::RichText::new(error).monospace());
-                    is_closed = ui.button(strings::CLOSE).clicked();
+                    let is_escape = ui.input(|input| input.key_pressed(egui::Key::Escape));
+                    is_closed = ui.button(strings::CLOSE).clicked() || is_escape;
                 },
             );
         }

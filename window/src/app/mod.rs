@@ -1,5 +1,6 @@
 //! The window: what it shows, and what happens in it.
 
+mod device_panel;
 mod files;
 mod gauges;
 mod icons;
@@ -30,7 +31,7 @@ use key_pointer::KeyPointer;
 use layers::LayerPanel;
 use measure::ScriptedStrokes;
 use model::Model;
-use pliant_editor::Substance;
+use pliant_editor::{DeviceChoice, Substance};
 use reference_panel::Reference;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
@@ -106,6 +107,10 @@ pub struct App {
     error: Option<String>,
     /// What happened, and when.
     messages: Vec<(Instant, String)>,
+    /// Device plugins, once they were looked for.
+    devices: Option<Vec<DeviceChoice>>,
+    /// Share of the force that a device renders, of what it can.
+    force_share: f64,
     /// The pointer of those who use no mouse.
     keys: KeyPointer,
     layers: LayerPanel,
@@ -154,6 +159,8 @@ impl App {
             asks_unit: false,
             error: None,
             messages: Vec::new(),
+            devices: None,
+            force_share: 1.0,
             keys: KeyPointer::default(),
             layers: LayerPanel::default(),
             reference: Reference::default(),
@@ -317,6 +324,11 @@ impl App {
             Notice::NotSaved(text) => {
                 (self.after_save, self.quit_after_save) = (None, false);
                 self.fail(text);
+            }
+            Notice::NoDevice(text) => {
+                self.request.device = None;
+                self.log.event("no device", &[("text", text.clone())]);
+                self.error = Some(text);
             }
             Notice::Message(text) => {
                 self.log.event("message", &[("text", text.clone())]);

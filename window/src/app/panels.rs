@@ -55,6 +55,7 @@ impl App {
     }
 
     fn tool_panel(&mut self, ui: &mut egui::Ui) {
+        self.device_panel(ui);
         ui.heading(strings::TOOLS);
         for tool in 0..self.tools.len() {
             let kind = self.tools[tool];

@@ -139,6 +139,10 @@ impl App {
         key_began: bool,
     ) -> Option<Hit> {
         let radius = self.tool_radius();
+        let is_led = self.model.as_ref()?.hand.is_led();
+        if is_led {
+            self.use_device(ui.ctx());
+        }
         let model = self.model.as_mut()?;
         let dt = f64::from(ui.input(|input| input.stable_dt).min(0.1));
         let frame = Frame { rect, camera: &self.camera };
@@ -150,6 +154,9 @@ impl App {
         let reach = 2.0 * (self.camera.distance + self.camera.scene_radius) + radius;
         let hit = ray.and_then(|ray| model.pick(&ray, reach));
         let tool = self.tools[self.tool];
+        if is_led {
+            return hit;
+        }
         if model.hand.is_busy() {
             if is_down {
                 if let Some(ray) = ray {
@@ -384,7 +391,12 @@ impl App {
         let tool = self.tools[self.tool];
         let radius = self.settings.size * model.facts.hand.radius;
         let is_busy = model.hand.is_busy();
-        if let (Some(hit), Some(_), false) = (hit, pointer, tool.gesture() == Gesture::Slice) {
+        if model.hand.is_led() {
+            if let Some(felt) = model.tool() {
+                let colour = if is_busy { Color32::from_rgb(255, 170, 40) } else { Color32::from_rgb(120, 210, 255) };
+                overlay::ring(&painter, frame, felt.proxy.into(), self.camera.axes()[2], radius, colour);
+            }
+        } else if let (Some(hit), Some(_), false) = (hit, pointer, tool.gesture() == Gesture::Slice) {
             let colour = if is_busy { Color32::from_rgb(255, 170, 40) } else { Color32::from_rgb(120, 210, 255) };
             overlay::ring(&painter, frame, hit.at.point.into(), hit.at.normal, radius, colour);
             if let Some(plane) = self.settings.mirror.map(|axis| model.mirror(axis)) {
@@ -392,7 +404,7 @@ impl App {
                 overlay::ring(&painter, frame, point.into(), normal, radius, colour.gamma_multiply(0.6));
             }
         }
-        if let (Some(at), true) = (pointer, tool.gesture() == Gesture::Slice) {
+        if let (Some(at), true) = (pointer, tool.gesture() == Gesture::Slice && !model.hand.is_led()) {
             let colour = if is_busy { Color32::from_rgb(255, 110, 90) } else { text };
             painter.circle_stroke(at, 4.0, egui::Stroke::new(1.5, colour));
             painter.line_segment([at + vec2(6.0, -6.0), at + vec2(16.0, -16.0)], egui::Stroke::new(2.5, colour));

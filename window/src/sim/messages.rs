@@ -2,6 +2,7 @@
 
 use super::gauges::{Gauges, StepTimes};
 use super::history::Stroke;
+use crate::led_hand::LedHand;
 use crate::opening::ModelFacts;
 use pliant_editor::surface::ViewSurface;
 use pliant_engine::body::Model;
@@ -67,6 +68,8 @@ pub struct OpenModel {
     pub models: Vec<Arc<Model>>,
     /// The hand, and the one that can mirror it.
     pub hands: [PointerHandle; 2],
+    /// A device that can have the hand, its scale and its name.
+    pub led: Option<LedHand>,
     /// Where the hands' devices are in the scene.
     pub device_frame: DeviceFrame,
     /// s, wall-clock time that opening took
@@ -90,6 +93,8 @@ pub enum Notice {
     },
     /// The model was not written; a sentence why.
     NotSaved(String),
+    /// The device that was to have the hand cannot have it; a sentence why. The pointer has it.
+    NoDevice(String),
     /// Something happened that people should know.
     Message(String),
     /// It has ended: how it kept time, and the wall-clock times of its steps.

@@ -6,11 +6,14 @@ use super::gauges::GaugeWindow;
 use super::history::StrokeLog;
 use super::messages::{Command, Notice, Notifier, OpenModel, Status};
 use super::session_file::SessionFile;
-use crate::opening::{OpenRequest, Opened, open};
+use crate::led_hand::LedHand;
+use crate::opening::{ModelFacts, OpenRequest, Opened, open};
 use crate::strings;
+use pliant_editor::HandSettings;
 use pliant_editor::surface::ViewSurface;
 use pliant_engine::session::{CancelToken, EventKind, Session, SessionCommand};
-use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, view_buffer};
+use pliant_host::Device;
+use pliant_live::{DeviceScale, GuidedDevice, HapticDevice, LiveSession, LiveSettings, PointerDevice, view_buffer};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -47,14 +50,15 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
     let mut opened = open(request)?;
     opened.session.keep_history();
     let mut session_file = SessionFile::begin(&opened, !request.is_scene());
-    let Opened { mut session, facts, .. } = opened;
+    let Opened { mut session, facts, device: real, .. } = opened;
     session.cancel_when(cancel);
     let (writer, reader) = view_buffer(&session);
     let surfaces = reader.bodies.iter().map(ViewSurface::new).collect();
     let [slot, mirror] = &session.devices[..] else { return Err("the scene has not two hands".into()) };
     let device_frame = slot.frame;
     let ((device, hand), (other, mirrored)) = (PointerDevice::new(slot.facts), PointerDevice::new(mirror.facts));
-    let devices: Vec<Box<dyn HapticDevice>> = vec![Box::new(device), Box::new(other)];
+    let (device, led) = give_device(device, real, request, &facts, notifier);
+    let devices: Vec<Box<dyn HapticDevice>> = vec![device, Box::new(other)];
     let hands = [hand, mirrored];
     let settings = LiveSettings { rate: None, view: Some(writer).filter(|_| viewing) };
     let mut live = LiveSession::start_with_devices(&mut session, devices, settings)
@@ -63,7 +67,7 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
     let seconds = began.elapsed().as_secs_f64();
     let moving = session.bodies.iter().map(|body| &body.model);
     let models = moving.chain(session.standing.iter().map(|(_, model)| model)).map(Arc::clone).collect();
-    let opened = OpenModel { facts, reader, surfaces, models, hands, device_frame, seconds };
+    let opened = OpenModel { facts, reader, surfaces, models, hands, led, device_frame, seconds };
     notifier.send(Notice::Opened(Box::new(opened)));
     let mut log = StrokeLog::default();
     let mut autosave = Autosave::new(request);
@@ -170,6 +174,29 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
         }
     }
     Err("the haptic thread has ended".into())
+}
+
+/// The device of the hand: the pointer, or with `real` a device that can have the hand in its place.
+fn give_device(
+    pointer: PointerDevice,
+    real: Option<Result<Device, String>>,
+    request: &OpenRequest,
+    facts: &ModelFacts,
+    notifier: &Notifier,
+) -> (Box<dyn HapticDevice>, Option<LedHand>) {
+    let real = match real {
+        None => return (Box::new(pointer), None),
+        Some(Err(text)) => {
+            notifier.send(Notice::NoDevice(text));
+            return (Box::new(pointer), None);
+        }
+        Some(Ok(device)) => device,
+    };
+    let HandSettings { size, coupling, peak_force, .. } = facts.hand;
+    let scale = DeviceScale::fit(real.device_info(), size, coupling, peak_force);
+    let (guided, handle) = GuidedDevice::new(Box::new(real), pointer, scale);
+    let name = request.device.as_ref().map_or_else(String::new, |device| device.plugin.clone());
+    (Box::new(guided), Some(LedHand::new(handle, scale, name)))
 }
 
 /// Whether people should hear of it. A pointer jumps and leaves as a hand does not, what is taken back is in the history, and substeps are in the times

@@ -1,0 +1,237 @@
+//! A device that a program guides: its place, scale and buttons in a scene, what it feels, and that it stays safe.
+
+use nalgebra::UnitQuaternion;
+use pliant_editor::{Draft, DraftMaterial, SOLIDS, SolidPreset, stroke_button};
+use pliant_engine::edit::KINDS;
+use pliant_engine::scene::Release;
+use pliant_engine::session::Session;
+use pliant_host::{DeviceInfo, EffectorOutput, POSE_VALID, Pose};
+use pliant_live::{DeviceScale, Guide, GuidedDevice, HapticDevice, PointerDevice, StopDevice};
+use pliant_mesh::testing::Random;
+use pliant_mesh::{Surface, generate};
+use pliant_plugin_api::abi::Status;
+use pliant_solver::Vec3;
+use pliant_tests::arm::{Arm, ArmModel};
+use pliant_tests::bout::Bout;
+use pliant_tests::{Bench, open_file};
+use std::sync::{Arc, Mutex};
+
+/// What a device says and hears.
+struct Wire {
+    pose: Pose,
+    status: Status,
+    /// N, and N m
+    rendered: [Vec3; 2],
+}
+
+/// A device of two effectors that stands where it is told to.
+struct Told(Arc<Mutex<Wire>>);
+
+impl HapticDevice for Told {
+    fn device_info(&self) -> DeviceInfo {
+        let arm = Arm::new(ArmModel::desktop(|_| Vec3::zeros())).0.device_info();
+        DeviceInfo { effectors: 2, workspace: [-0.1, 0.0, -0.05, 0.1, 0.3, 0.15], peak_torque: 0.1, ..arm }
+    }
+
+    fn read(&mut self, _: u64, poses: &mut [Pose]) -> Status {
+        let wire = self.0.lock().unwrap();
+        poses.fill(wire.pose);
+        wire.status
+    }
+
+    fn write(&mut self, _: u64, outputs: &[EffectorOutput<'_>]) -> Status {
+        let mut wire = self.0.lock().unwrap();
+        wire.rendered = [outputs[0].force.into(), outputs[0].torque.into()];
+        assert_eq!(outputs.len(), 2, "one for each effector");
+        assert!(outputs[1].force == [0.0; 3] && outputs[1].valid_until == outputs[0].valid_until);
+        Status::OK
+    }
+
+    fn stop_handle(&self) -> StopDevice {
+        Box::new(|| {})
+    }
+}
+
+/// A guided device, its wire, and the handles of its guide and pointer.
+fn guided(
+    scale: DeviceScale,
+) -> (GuidedDevice, Arc<Mutex<Wire>>, pliant_live::GuideHandle, pliant_live::PointerHandle) {
+    let wire = Wire { pose: Pose::default(), status: Status::OK, rendered: [Vec3::zeros(); 2] };
+    let wire = Arc::new(Mutex::new(wire));
+    let told = Told(Arc::clone(&wire));
+    let (pointer, hand) = PointerDevice::new(told.device_info());
+    let (device, guide) = GuidedDevice::new(Box::new(told), pointer, scale);
+    (device, wire, guide, hand)
+}
+
+/// Motions go from the device to the scene and forces back so that the power of one is that of the other, at one scale for forces and torques.
+#[test]
+fn power_has_one_scale_in_any_view() {
+    let mut random = Random(7);
+    for case in 0..200 {
+        let scale = DeviceScale { length: 10_f64.powf(2.0 * random.signed()), force: 10_f64.powf(random.signed()) };
+        let (mut device, wire, mut handle, _pointer) = guided(scale);
+        let rotation = UnitQuaternion::from_scaled_axis(3.0 * random.vector());
+        let (centre, share) = (random.vector(), random.unit());
+        handle.set(Guide { leads: true, centre, rotation, force_share: share, buttons: [4, 8, 16] });
+        let turns = [random.vector(), random.vector()].map(UnitQuaternion::from_scaled_axis);
+        let places = [0.1, 0.1].map(|reach| reach * random.vector());
+        let mut seen = Vec::new();
+        for (tick, (place, turn)) in places.into_iter().zip(turns).enumerate() {
+            let buttons = [0, 1, 2, 3][(case + tick) % 4];
+            wire.lock().unwrap().pose = Pose {
+                flags: POSE_VALID,
+                buttons,
+                position: place.into(),
+                orientation: turn.coords.into(),
+                ..Pose::default()
+            };
+            let mut poses = [Pose::default()];
+            assert_eq!(device.read(1_000_000 * (tick as u64 + 1), &mut poses), Status::OK);
+            assert_eq!(poses[0].buttons, [4, 8, 16, 8][buttons as usize]);
+            seen.push(poses[0]);
+        }
+        let moved = Vec3::from(seen[1].position) - Vec3::from(seen[0].position);
+        let turned = seen.iter().map(|pose| UnitQuaternion::new_normalize(pose.orientation.into()));
+        let turned: Vec<_> = turned.collect();
+        let turned = (turned[1] * turned[0].inverse()).scaled_axis();
+        let (force, torque) = (random.vector(), random.vector());
+        let output =
+            EffectorOutput { force: force.into(), torque: torque.into(), valid_until: 9, ..EffectorOutput::default() };
+        assert_eq!(device.write(3_000_000, &[output]), Status::OK);
+        let [on_hand, on_wrist] = wire.lock().unwrap().rendered;
+        let (work, of_torque) =
+            (on_hand.dot(&(places[1] - places[0])), on_wrist.dot(&(turns[1] * turns[0].inverse()).scaled_axis()));
+        let ratio = share * scale.force / scale.length;
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * (a.abs() + b.abs() + ratio * 10.0);
+        assert!(near(work, ratio * force.dot(&moved)), "case {case}: {work} J for {} J", force.dot(&moved));
+        assert!(
+            near(of_torque, ratio * torque.dot(&turned)),
+            "case {case}: {of_torque} J for {} J",
+            torque.dot(&turned)
+        );
+        // The middle of the workspace is where it is asked to be.
+        wire.lock().unwrap().pose.position = [0.0, 0.15, 0.05];
+        let mut poses = [Pose::default()];
+        device.read(4_000_000, &mut poses);
+        assert!((Vec3::from(poses[0].position) - centre).norm() < 1e-12 * (1.0 + scale.length), "case {case}");
+    }
+}
+
+/// A hand that has let go of the device is the pointer's; one that is lost is nobody's until the pointer has it.
+#[test]
+fn the_pointer_has_the_hand_where_the_device_does_not_lead() {
+    let (mut device, wire, mut handle, mut pointer) = guided(DeviceScale { length: 1.0, force: 1.0 });
+    wire.lock().unwrap().pose = Pose { flags: POSE_VALID, buttons: 1, position: [0.05; 3], ..Pose::default() };
+    pointer.move_to(Vec3::new(1.0, 2.0, 3.0), 32);
+    let mut poses = [Pose::default()];
+    device.read(1, &mut poses);
+    assert_eq!((poses[0].position, poses[0].buttons), ([1.0, 2.0, 3.0], 32));
+    assert!(handle.hand().place.is_some() && handle.hand().pressed == 1, "the device is watched all the same");
+    let output = EffectorOutput { force: [1.0, 0.0, 0.0], valid_until: 5, ..EffectorOutput::default() };
+    device.write(1, &[output]);
+    assert_eq!(wire.lock().unwrap().rendered[0], Vec3::zeros(), "and feels nothing");
+    assert_eq!(pointer.force(), Vec3::x());
+    let guide = Guide { leads: true, buttons: [1, 2, 4], ..Guide::default() };
+    handle.set(guide);
+    device.read(2, &mut poses);
+    assert_eq!(poses[0].buttons, 2);
+    wire.lock().unwrap().status = Status::IO;
+    assert_eq!(device.read(3, &mut poses), Status::OK, "the session goes on without it");
+    assert_eq!(poses[0].flags & POSE_VALID, 0, "and no hand is there");
+    assert_eq!(handle.hand().lost, Some(Status::IO));
+    handle.set(Guide { leads: false, ..guide });
+    device.read(4, &mut poses);
+    assert_eq!(poses[0].position, [1.0, 2.0, 3.0]);
+}
+
+/// A view that turns at once takes the hand along within a tenth of a second and never jerks it.
+#[test]
+fn the_hand_follows_the_view_smoothly() {
+    let (mut device, wire, mut handle, _pointer) = guided(DeviceScale { length: 1.0, force: 1.0 });
+    wire.lock().unwrap().pose = Pose { flags: POSE_VALID, position: [0.1, 0.15, 0.05], ..Pose::default() };
+    let at = |device: &mut GuidedDevice, ms: u64| {
+        let mut poses = [Pose::default()];
+        device.read(1_000_000 * ms, &mut poses);
+        Vec3::from(poses[0].position)
+    };
+    handle.set(Guide { leads: true, ..Guide::default() });
+    assert!((at(&mut device, 1) - Vec3::new(0.1, 0.0, 0.0)).norm() < 1e-12);
+    let rotation = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), 1.0);
+    handle.set(Guide { leads: true, rotation, ..Guide::default() });
+    let mut last = Vec3::new(0.1, 0.0, 0.0);
+    for ms in 2..100 {
+        let now = at(&mut device, ms);
+        assert!((now - last).norm() < 0.1 / 30.0 * 1.1, "{ms} ms: {last:?} to {now:?}");
+        last = now;
+    }
+    let end = rotation * Vec3::new(0.1, 0.0, 0.0);
+    assert!((last - end).norm() < 0.005, "{last:?} {end:?}");
+}
+
+/// A session on a cube of this size (m), drafted as an editor does, and its draft.
+fn drafted(size: f64, solid: &SolidPreset) -> (Session, Draft) {
+    let bench = Bench::new();
+    let cube = generate::cuboid(8, [size; 3]).expect("a cube");
+    let mut obj = Vec::new();
+    cube.write(&Surface::from_document(&cube).points, None, &mut obj).expect("written");
+    bench.write("cube.obj", String::from_utf8(obj).expect("text"));
+    let plugin = if solid.flow.is_some() { "neo-hookean" } else { "mass-spring" };
+    let material = DraftMaterial::Solid { plugin: plugin.into(), preset: *solid, level: 4 };
+    let draft = Draft { mesh: bench.path("cube.obj"), scale: 1.0, size, subdivide: false, material, dt: 1e-3 };
+    (open_file(&bench.write("scene.toml", draft.to_toml(&bench.path(""))), 1, None), draft)
+}
+
+/// A hand is as strong as its model asks for, from a tenth of a millimetre to a hill.
+#[test]
+fn a_model_of_any_size_and_material_gets_a_hand() {
+    for size in [1e-4, 1e-2, 1.0, 1e2, 1e4] {
+        for solid in SOLIDS {
+            let (session, draft) = drafted(size, solid);
+            let facts = session.devices[0].facts;
+            assert!((facts.peak_force / draft.peak_force() - 1.0).abs() < 1e-12, "{size} m, {}", solid.name);
+        }
+    }
+}
+
+/// An arm presses the middle of a cube of any size and stiffness from any side: it feels what its own range allows, never more than its peak, and gets no
+/// energy.
+#[test]
+fn an_arm_feels_models_of_any_size_and_stiffness() {
+    let mut random = Random(11);
+    let touch = KINDS.iter().copied().find(|kind| kind.name() == "touch").expect("a kind");
+    let touches = 1 << stroke_button(touch, Release::SpringBack, Default::default());
+    for size in [0.004, 0.1, 3.0] {
+        let elastic: Vec<_> = SOLIDS.iter().filter(|solid| solid.flow.is_none()).collect();
+        for solid in [elastic[0], elastic[elastic.len() / 2], elastic[elastic.len() - 1]] {
+            let (session, draft) = drafted(size, solid);
+            let hand = draft.hand();
+            let middle = session.bodies[0].model.surface.bounds().centre();
+            // From the side of the viewer into the cube, by a fourteenth of its size.
+            let reach = 0.5 * 0.7 * 0.2;
+            let way = move |t: f64| Vec3::new(0.0, 0.0, 0.1 - (0.1 - reach + 0.01) * t.min(1.0));
+            let (arm, state) = Arm::new(ArmModel::desktop(way));
+            let scale = DeviceScale::fit(&arm.device_info(), hand.size, hand.coupling, hand.peak_force);
+            let (pointer, _handle) = PointerDevice::new(session.devices[0].facts);
+            let (device, mut guide) = GuidedDevice::new(Box::new(arm), pointer, scale);
+            let (other, _mirror) = PointerDevice::new(session.devices[1].facts);
+            // Onto one of the sides.
+            let quarters = 0.5 * std::f64::consts::PI * random.below(4) as f64;
+            let axis = random.pick(&[Vec3::x_axis(), Vec3::y_axis()]);
+            let turns = UnitQuaternion::from_axis_angle(&axis, quarters);
+            guide.set(Guide { leads: true, centre: middle, rotation: turns, force_share: 1.0, buttons: [touches; 3] });
+            let mut bout = Bout::with_devices(session, vec![Box::new(device), Box::new(other)], vec![state]);
+            bout.run(1500, 1);
+            let (before, felt) = (bout.arm(0).given, bout.arm(0).force);
+            bout.run(500, 1);
+            let arm = bout.arm(0);
+            let what = format!("{size} m, {}", solid.name);
+            assert!(felt[2] > 0.1 && felt.norm() <= 3.3 + 1e-9, "{what}: {felt:?} N");
+            assert!((felt - arm.force).norm() < 0.1 * felt.norm(), "{what}: it settles: {felt:?}, {:?} N", arm.force);
+            // A hundredth of the work of the press, while the body settles.
+            let work = 0.01 * felt.norm();
+            assert!(arm.given - before < 0.01 * work, "{what}: {} J of {work} J", arm.given - before);
+            bout.forces_are_safe(0, hand.slew() * scale.force);
+        }
+    }
+}

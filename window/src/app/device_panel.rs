@@ -1,0 +1,119 @@
+//! Who has the hand: the pointer, or a haptic device.
+
+use super::App;
+use crate::led_hand::HandNews;
+use crate::sim::Command;
+use crate::strings;
+use crate::tools::ToolKind;
+use eframe::egui::{self, Slider};
+use pliant_editor::{DeviceChoice, LengthUnit, PaintStroke, device_choices, format_length};
+use pliant_engine::scene::Release;
+
+impl App {
+    /// The choice of what has the hand, and the share of its force.
+    pub(super) fn device_panel(&mut self, ui: &mut egui::Ui) {
+        let (led, of_scene) = match &self.model {
+            Some(model) => (model.hand.led().map(|led| (led.name.clone(), led.leads())), model.facts.devices.clone()),
+            None => (None, Vec::new()),
+        };
+        let shown = led.as_ref().filter(|(_, leads)| *leads).map_or(strings::POINTER, |(name, _)| name);
+        let mut wanted = None;
+        let mut takes_pointer = false;
+        egui::ComboBox::from_label(strings::HAND).selected_text(shown).show_ui(ui, |ui| {
+            takes_pointer = ui.selectable_label(shown == strings::POINTER, strings::POINTER).clicked();
+            let request = &self.request;
+            // Libraries are opened for it, so not before somebody asks.
+            let found = || request.search().map(|search| device_choices(&search)).unwrap_or_default();
+            let found = self.devices.get_or_insert_with(found);
+            for choice in of_scene.iter().chain(found.iter()) {
+                let label = ui.selectable_label(shown == choice.request.plugin, &choice.name);
+                if label.on_hover_text(&choice.summary).clicked() {
+                    wanted = Some(choice.clone());
+                }
+            }
+        });
+        if takes_pointer && let Some(model) = &mut self.model {
+            model.hand.set_led(false);
+        }
+        if let Some(choice) = wanted {
+            self.take_device(choice);
+        }
+        if led.is_some_and(|(_, leads)| leads) {
+            let slider = Slider::new(&mut self.force_share, 0.0..=1.0).max_decimals(2).text(strings::FORCE_SHARE);
+            ui.add(slider).on_hover_text(strings::FORCE_SHARE_HINT);
+            self.device_scale().into_iter().for_each(|line| _ = ui.small(line));
+        }
+    }
+
+    /// Gives the hand to a device. Where another one, or none, was opened, the present shape is opened again with it.
+    fn take_device(&mut self, DeviceChoice { request: device, .. }: DeviceChoice) {
+        self.log.event("device", &[("name", device.plugin.clone())]);
+        if self.request.device.as_ref() == Some(&device)
+            && let Some(model) = self.model.as_mut().filter(|model| model.hand.led().is_some())
+        {
+            return model.hand.set_led(true);
+        }
+        self.request.device = Some(device);
+        if self.model.is_none() {
+            return;
+        }
+        if self.status.strokes.is_empty() {
+            let (request, target) = (self.request.clone(), self.save_path.clone());
+            self.open(request);
+            self.save_path = target;
+        } else {
+            self.reopen();
+        }
+    }
+
+    /// Guides the device that has the hand for a frame, and names its strokes.
+    pub(super) fn use_device(&mut self, context: &egui::Context) {
+        let tool = self.tools[self.tool];
+        let other = tool.inverse(&self.tools);
+        let Some(model) = &mut self.model else { return };
+        let painted = self.settings.painted.min(model.facts.painted.len().saturating_sub(1));
+        let paint = |lowers| PaintStroke { param: painted, lowers };
+        let release = self.settings.release;
+        // Without a button the surface is felt, and springs back.
+        let felt = ToolKind::feeling(&self.tools).map_or(0, |touch| touch.buttons(Release::SpringBack, paint(false)));
+        let buttons = [
+            felt,
+            tool.buttons(release, paint(false)),
+            other.map_or_else(|| tool.buttons(release, paint(true)), |other| other.buttons(release, paint(false))),
+        ];
+        // The force was made for a tool of the first size; the coupling of a larger one is stiffer.
+        let share = self.force_share / self.settings.size.max(1.0);
+        let plane = self.settings.mirror.map(|axis| model.mirror(axis));
+        model.hand.set_mirror(plane);
+        let news = model.hand.lead(&self.camera, buttons, share);
+        let paints_nothing = tool.paints() && model.facts.painted.is_empty();
+        match news {
+            HandNews::None => {}
+            HandNews::Began { is_other } => {
+                let name = other.filter(|_| is_other).unwrap_or(tool).name();
+                self.log.event("stroke begins", &[("tool", name.into())]);
+                self.send(Command::BeginStroke(name));
+                if paints_nothing {
+                    self.tell(strings::NOTHING_TO_PAINT.to_owned());
+                }
+            }
+            HandNews::Ended => {
+                self.log.event("stroke ends", &[("tool", tool.name().into())]);
+                self.send(Command::EndStroke);
+            }
+            HandNews::Lost(why) => {
+                self.send(Command::EndStroke);
+                self.log.event("device lost", &[("why", why.into())]);
+                self.tell(strings::device_lost(why));
+            }
+        }
+        context.request_repaint();
+    }
+
+    /// A line on the scale of the device that has the hand.
+    pub(super) fn device_scale(&self) -> Option<String> {
+        let led = self.model.as_ref()?.hand.led().filter(|led| led.leads())?;
+        let step = format_length(LengthUnit::Centimetre.metres() * led.scale.length);
+        Some(strings::device_scale(&step))
+    }
+}
