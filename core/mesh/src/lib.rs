@@ -22,6 +22,7 @@ pub mod sample;
 pub mod surface;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
+pub mod tetrahedra;
 mod triangulate;
 
 pub use check::{Finding, check, require_for_mesh_elements};
@@ -31,3 +32,4 @@ pub use grey_image::{GreyImage, ImageError, ImageProblem};
 pub use obj::{Corner, Face, ObjDocument, ObjError};
 pub use placement::Placement;
 pub use surface::{Bounds, NO_SHELL, Surface};
+pub use tetrahedra::{TetMesh, TetMeshError};
