@@ -32,8 +32,9 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
     let mut lines = vec![format!("{} steps of {}", report.steps, format_seconds(report.dt))];
     for body in &report.bodies {
         let (name, vertices, triangles, edge) = (&body.name, body.vertices, body.triangles, body.edge * 1e3);
-        let discretization = match (body.level, body.cells) {
-            (Some(level), Some(cells)) => format!("level {level} with {cells} cells of {edge:.3} mm"),
+        let discretization = match (body.level, body.cells, body.tetrahedra) {
+            (Some(level), Some(cells), _) => format!("level {level} with {cells} cells of {edge:.3} mm"),
+            (_, _, Some(count)) => format!("{count} tetrahedra with edges of {edge:.3} mm"),
             _ => format!("its own mesh, edges of {edge:.3} mm"),
         };
         let border = match body.border_edges {

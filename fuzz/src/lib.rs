@@ -4,7 +4,7 @@ use pliant_batch::Sweep;
 use pliant_engine::scene;
 use pliant_exoskeleton::key::Key;
 use pliant_exoskeleton::wire::{TaxelLayout, read_command, read_pose};
-use pliant_mesh::{GreyImage, ObjDocument, Surface, check};
+use pliant_mesh::{GreyImage, ObjDocument, Surface, TetMesh, check};
 use pliant_record::Recording;
 use std::path::Path;
 
@@ -24,6 +24,21 @@ pub fn obj(bytes: &[u8]) {
         let fine = document.subdivided().expect("it is read again");
         assert!(fine.face_count() == faces && fine.positions().starts_with(document.positions()));
     }
+}
+
+/// A tetrahedral mesh: what is read has positive volumes and a boundary that is a model, and is read again as it is written.
+pub fn tetrahedra(bytes: &[u8]) {
+    let Ok(mesh) = TetMesh::parse(bytes, Path::new("fuzzed.msh")) else { return };
+    assert!(
+        mesh.tetrahedra.iter().all(|nodes| TetMesh::six_volumes(&mesh.points, *nodes) > 0.0),
+        "an inverted tetrahedron"
+    );
+    let document = mesh.surface().expect("a boundary");
+    assert_eq!(document.positions().len(), mesh.vertices().len());
+    let mut out = Vec::new();
+    mesh.write_vtk(&mesh.points, &mut out).expect("a Vec takes everything");
+    let again = TetMesh::parse(&out, Path::new("written.vtk")).expect("it is read again");
+    assert!(again.points == mesh.points && again.tetrahedra == mesh.tetrahedra, "a written mesh changed");
 }
 
 /// An image: what is read has values from 0 to 1 at all texture coordinates.

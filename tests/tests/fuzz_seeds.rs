@@ -36,8 +36,9 @@ fn run(name: &str, target: Target) -> usize {
 
 #[test]
 fn no_target_fails_on_its_seeds() {
-    let all: [(&str, Target); 7] = [
+    let all: [(&str, Target); 8] = [
         ("obj", targets::obj),
+        ("tetrahedra", targets::tetrahedra),
         ("image", targets::image),
         ("scene", targets::scene),
         ("sweep", targets::sweep),

@@ -72,9 +72,9 @@ impl KeyMaker {
             }
             plugins.push(body.material.plugin.get_ref());
             params.push(&body.material.params);
-            if body.sheet.is_none() {
-                plugins.push(body.grid.plugin.get_ref());
-                params.push(&body.grid.params);
+            if !body.has_own_mesh() {
+                plugins.push(body.grid.get_ref().plugin.get_ref());
+                params.push(&body.grid.get_ref().params);
             }
         }
         for mesh in scene.obstacle.iter().filter_map(|obstacle| obstacle.mesh.as_ref()) {

@@ -270,7 +270,7 @@ impl Plan {
     fn find_moving(&mut self, scene: &Scene) {
         for body in &scene.body {
             let driven = body.fixed.iter().any(|f| f.get_ref().path.iter().any(|row| row[1..] != [0.0; 3]));
-            let whole = body.sheet.is_some() || body.grid.region == Extent::Whole;
+            let whole = body.extent() == Extent::Whole;
             let falls = self.gravity != Vec3::zeros() && whole;
             let pushed = whole
                 && scene.obstacle.iter().any(|o| !o.path.get_ref().is_empty() || !o.rotation_path.get_ref().is_empty());
@@ -278,8 +278,12 @@ impl Plan {
             let moving = !self.tools.is_empty() || driven || falls || pushed || sewn;
             self.moving.push(moving);
             if !moving {
-                let (grid, material) = (body.grid.plugin.get_ref(), body.material.plugin.get_ref());
-                let what = format!("plugins `{grid}` and `{material}` of body `{}`", body.name.get_ref());
+                let (grid, material) = (body.grid.get_ref().plugin.get_ref(), body.material.plugin.get_ref());
+                let plugins = match body.is_tetrahedral() {
+                    true => format!("plugin `{material}`"),
+                    false => format!("plugins `{grid}` and `{material}`"),
+                };
+                let what = format!("{plugins} of body `{}`", body.name.get_ref());
                 self.leave_out(
                     what,
                     "nothing acts on it: no tool, no gravity on the whole body, no driven nodes, no seam, no moving obstacle",
@@ -346,7 +350,7 @@ impl Plan {
             self.leave_out("gravity", if scene.gravity.is_some() { "it is zero" } else { "the scene has none" });
             return;
         }
-        for body in scene.body.iter().filter(|b| b.sheet.is_none() && b.grid.region == Extent::Local) {
+        for body in scene.body.iter().filter(|b| b.extent() == Extent::Local) {
             // A region that is activated under gravity would start out of equilibrium and jump.
             let why = "its region is local: the shape of the file is taken as the shape under its own weight";
             self.leave_out(format!("gravity on body `{}`", body.name.get_ref()), why);
@@ -369,12 +373,16 @@ impl Plan {
             }
         }
         for body in &scene.body {
-            if body.sheet.is_some() {
-                self.leave_out(format!("grid of body `{}`", body.name.get_ref()), "it is simulated on its own mesh");
+            if body.has_own_mesh() {
+                let why = match body.is_tetrahedral() {
+                    true => "it is simulated on the tetrahedra of its file",
+                    false => "it is simulated on its own mesh",
+                };
+                self.leave_out(format!("grid of body `{}`", body.name.get_ref()), why);
                 continue;
             }
             let name = body.name.get_ref();
-            let what = match body.grid.level.get_ref().given() {
+            let what = match body.grid.get_ref().level.get_ref().given() {
                 Some(level) => format!("levels {} and finer of the grid of body `{name}`", u64::from(level) + 1),
                 None => format!("levels of the grid of body `{name}` that are finer than the one chosen"),
             };

@@ -46,7 +46,11 @@ impl InputHashes {
             let mut all: Vec<InputHash> =
                 std::env::current_exe().iter().map(|program| of_file("program", program)).collect();
             all.push(of_bytes("scene", scene.clone(), text.as_bytes()));
-            all.extend(models.iter().map(|m| of_bytes("model", shown(m.document.name()), m.document.bytes())));
+            all.extend(models.iter().map(|m| match &m.tetrahedra {
+                // The document is the boundary of the file, not the file.
+                Some(cells) => of_file("model", cells.mesh().name()),
+                None => of_bytes("model", shown(m.document.name()), m.document.bytes()),
+            }));
             all.extend(obstacles.iter().map(|path| of_file("obstacle", path)));
             all.extend(fields.iter().map(|path| of_file("field", path)));
             all.extend(recordings.iter().map(|path| of_file("recording", path)));

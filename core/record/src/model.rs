@@ -27,6 +27,15 @@ pub fn write_model_to(body: &Body, cap_material: &str, out: &mut impl Write) -> 
     ModelShape::of(body).write(cap_material, out)
 }
 
+/// Writes the tetrahedral mesh of a body as a VTK file, with the displacement of its nodes in file units; nothing for another body.
+///
+/// # Errors
+/// Fails with the errors of `out`.
+pub fn write_tetrahedra_to(body: &Body, out: &mut impl Write) -> io::Result<()> {
+    let Some(cells) = &body.model.tetrahedra else { return Ok(()) };
+    cells.mesh().write_vtk(&cells.displacements(&body.system.nodes.x, &body.model.placement), out)
+}
+
 /// What a deformed model is written from.
 #[derive(Clone, Copy)]
 pub struct ModelShape<'a> {

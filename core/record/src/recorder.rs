@@ -3,7 +3,7 @@
 use crate::atomic::{AtomicFile, error_at};
 use crate::force_plot::write_force_plot;
 use crate::inputs::{InputHashes, refuse_inputs};
-use crate::model::write_model_to;
+use crate::model::{write_model_to, write_tetrahedra_to};
 use crate::parts::ModelParts;
 use crate::result_set::{FRAMES, ResultSet, SUMMARY, files_below};
 use crate::statistics::RunStatistics;
@@ -47,7 +47,8 @@ impl Recorder {
     /// file that no run has written.
     pub fn new(scene: &Scene, source: &Source, session: &Session, folder: &Path, began: Instant) -> io::Result<Self> {
         let statistics = RunStatistics::new(source, session, began);
-        let names = model_names(session).map(|(name, _)| name).chain(RESULTS.map(str::to_owned));
+        let names = model_names(session).map(|(name, _)| name).chain(tetrahedra_names(session).map(|(name, _)| name));
+        let names = names.chain(RESULTS.map(str::to_owned));
         refuse_inputs(names.chain(part_names(folder)).map(|name| folder.join(name)), source, session)?;
         let parts = &scene.output.parts;
         let is_asked = *parts.get_ref() == PartsScene::Files;
@@ -111,6 +112,11 @@ impl Recorder {
                     .map_err(|error| error_at(&self.folder.join(name), error))?,
                 ModelSource::Standing(model) => file.write_all(model.document.bytes())?,
             }
+            file.finish()?;
+        }
+        for (name, body) in tetrahedra_names(session) {
+            let mut file = self.create(&name)?;
+            write_tetrahedra_to(body, &mut file).map_err(|error| error_at(&self.folder.join(name), error))?;
             file.finish()?;
         }
         let one_part = self.write_parts(session)?;
@@ -209,4 +215,14 @@ fn model_names(session: &Session) -> impl Iterator<Item = (String, ModelSource<'
     let bodies = session.bodies.iter().map(move |body| (file(&body.name), ModelSource::Body(body)));
     let standing = session.standing.iter();
     bodies.chain(standing.map(move |(name, model)| (file(name), ModelSource::Standing(model))))
+}
+
+/// The file name of each tetrahedral mesh, `final.vtk` or with several models `final-NAME.vtk`, and its body.
+fn tetrahedra_names(session: &Session) -> impl Iterator<Item = (String, &Body)> {
+    model_names(session).filter_map(|(name, source)| match source {
+        ModelSource::Body(body) if body.model.tetrahedra.is_some() => {
+            Some((format!("{}.vtk", name.trim_end_matches(".obj")), body))
+        }
+        _ => None,
+    })
 }

@@ -263,7 +263,8 @@ fn is_result(file: &Path) -> bool {
     let model = |start: &str| name.starts_with(start) && name.ends_with(".obj");
     match file.parent() {
         Some(folder) if folder.as_os_str().is_empty() => {
-            model("final") || ["trace.csv", "nodes.csv", "forces.svg", SUMMARY].contains(&name)
+            let mesh = name.starts_with("final") && name.ends_with(".vtk");
+            model("final") || mesh || ["trace.csv", "nodes.csv", "forces.svg", SUMMARY].contains(&name)
         }
         Some(folder) => folder == Path::new(FRAMES) && model("frame"),
         None => false,

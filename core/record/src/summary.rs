@@ -92,7 +92,10 @@ pub struct BodySummary {
     /// Level of the grid, if the body has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<u32>,
-    /// Edge length of a cell, or mean edge length of the triangles of a sheet, m.
+    /// Number of tetrahedra of the file, if the model is a tetrahedral mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tetrahedra: Option<usize>,
+    /// Edge length of a cell, or mean edge length of the triangles of a sheet or of the tetrahedra of a file, m.
     pub edge: f64,
     /// Number of occupied cells of the level, if the body has a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -206,6 +209,11 @@ fn border_edges(body: &pliant_engine::body::Body) -> usize {
     body.model.findings.iter().find(|finding| finding.kind == Kind::Border).map_or(0, |finding| finding.count)
 }
 
+/// The lattice of a body that is embedded in a grid.
+fn grid(body: &pliant_engine::body::Body) -> Option<&pliant_engine::body::Lattice> {
+    body.discretization.lattice().filter(|lattice| lattice.source.plugin().is_some())
+}
+
 /// Summaries of the simulated bodies of a session.
 pub fn summarize_bodies(session: &Session) -> Vec<BodySummary> {
     let summary = |body: &pliant_engine::body::Body| BodySummary {
@@ -213,9 +221,10 @@ pub fn summarize_bodies(session: &Session) -> Vec<BodySummary> {
         model: body.model.document.name().display().to_string(),
         vertices: body.model.surface.points.len(),
         triangles: body.model.surface.triangles.len(),
-        level: body.discretization.lattice().map(|lattice| lattice.settings.level),
+        level: grid(body).map(|lattice| lattice.settings.level),
+        tetrahedra: body.model.tetrahedra.as_ref().map(|cells| cells.mesh().tetrahedra.len()),
         edge: body.discretization.edge(),
-        cells: body.discretization.lattice().map(|lattice| lattice.facts.surface_cells + lattice.facts.inside_cells),
+        cells: grid(body).map(|lattice| lattice.facts.surface_cells + lattice.facts.inside_cells),
         border_edges: border_edges(body),
         frozen: body.frozen.clone(),
     };

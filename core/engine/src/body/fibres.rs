@@ -34,6 +34,8 @@ pub enum FibrePart {
     Place(Place),
     /// What is nearest to triangles of the surface: whether to each.
     Triangles(Vec<bool>),
+    /// Some tetrahedra of the model: whether each.
+    Tetrahedra(Vec<bool>),
 }
 
 /// A field of lines.
@@ -74,6 +76,7 @@ impl Fibres {
         let applies = |entry: &&FibreEntry| match &entry.part {
             FibrePart::Whole => true,
             FibrePart::Place(place) => place.contains(u32::MAX, point),
+            FibrePart::Tetrahedra(is_inside) => self.surface.is_in(is_inside, point),
             FibrePart::Triangles(all) => nearest.is_some_and(|triangle| all[triangle]),
         };
         self.entries.iter().rev().find(applies).map_or(Vec3::zeros(), |entry| entry.lines.at(point))

@@ -25,6 +25,14 @@ pub struct FieldSurface {
     pub tree: Arc<TriangleTree>,
 }
 
+impl FieldSurface {
+    /// Whether a point of the rest shape (m) lies in one of some tetrahedra of the model; `is_inside` tells it of each.
+    pub(super) fn is_in(&self, is_inside: &[bool], point: Vec3) -> bool {
+        let cell = self.model.tetrahedra.as_ref().and_then(|cells| cells.locate(point));
+        cell.is_some_and(|(cell, _)| is_inside[cell as usize])
+    }
+}
+
 impl std::fmt::Debug for FieldSurface {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} triangles", self.model.surface.triangles.len())
@@ -43,6 +51,13 @@ pub enum Layer {
     },
     /// A factor for each triangle of the surface.
     Triangles(Vec<f64>),
+    /// A constant factor within some tetrahedra of the model.
+    Tetrahedra {
+        /// Whether each tetrahedron is one of them.
+        is_inside: Vec<bool>,
+        /// The factor within them; 1 elsewhere.
+        factor: f64,
+    },
     /// A factor for each vertex of the surface, interpolated geometrically within triangles.
     Vertices(Vec<f64>),
     /// A factor by the grey value at the texture coordinates of each triangle.
@@ -61,7 +76,7 @@ impl Layer {
     pub fn bounds(&self) -> [f64; 2] {
         let of = |all: &[f64]| all.iter().fold([1.0_f64, 1.0], |[low, high], f| [low.min(*f), high.max(*f)]);
         match self {
-            Self::Place { factor, .. } => of(&[*factor]),
+            Self::Place { factor, .. } | Self::Tetrahedra { factor, .. } => of(&[*factor]),
             Self::Triangles(all) | Self::Vertices(all) => of(all),
             Self::Texture { image, range, .. } => of(&image.range().map(|grey| factor_at(*range, grey))),
         }
@@ -76,7 +91,7 @@ impl Fields {
 
     /// The factor of each parameter at a point of the rest shape (m), in the order of the planes.
     pub fn at(&self, point: Vec3) -> Vec<f64> {
-        let is_on_surface = |layer: &Layer| !matches!(layer, Layer::Place { .. });
+        let is_on_surface = |layer: &Layer| !matches!(layer, Layer::Place { .. } | Layer::Tetrahedra { .. });
         let FieldSurface { model, tree } = &self.surface;
         let nearest = self.planes.iter().flatten().any(is_on_surface).then(|| {
             let size = model.surface.bounds().longest_edge();
@@ -86,6 +101,8 @@ impl Fields {
         let factor = |layer: &Layer| match layer {
             Layer::Place { place, factor } if place.contains(u32::MAX, point) => *factor,
             Layer::Place { .. } => 1.0,
+            Layer::Tetrahedra { is_inside, factor } if self.surface.is_in(is_inside, point) => *factor,
+            Layer::Tetrahedra { .. } => 1.0,
             Layer::Triangles(all) => nearest.map_or(1.0, |nearest| all[nearest.triangle as usize]),
             Layer::Vertices(all) => nearest.map_or(1.0, |nearest| {
                 let corners = model.surface.triangles[nearest.triangle as usize];

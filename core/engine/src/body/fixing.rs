@@ -23,7 +23,7 @@ pub enum Place {
     },
     /// Nodes with these numbers; for a sheet, numbers of vertices in the file.
     Nodes(Vec<u32>),
-    /// Vertices of a sheet, by their numbers.
+    /// Vertices of a sheet, or nodes of a tetrahedral mesh, by their numbers.
     Vertices(HashSet<u32>),
     /// Corners of the cells of a lattice that faces go through.
     Cells(CellCorners),

@@ -59,11 +59,6 @@ impl PooledGrid {
     pub(crate) fn new(key: String, grid: Grid, pool: &Arc<GridPool>) -> Self {
         Self { grid: Some(grid), key, pool: Arc::clone(pool) }
     }
-
-    /// The key: the model and all settings the grid was built with.
-    pub(crate) fn key(&self) -> &str {
-        &self.key
-    }
 }
 
 impl Deref for PooledGrid {

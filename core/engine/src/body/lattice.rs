@@ -1,4 +1,5 @@
-//! A lattice: the discretization of a solid by the cubic cells of a grid plugin, all of them or a local region around contacts.
+//! A lattice: the discretization of a solid by cells, all of them or a local region around contacts. Cells are cubes of a grid plugin, each divided into
+//! tetrahedra, or the tetrahedra of a file, which are simulated as a whole.
 //!
 //! A local region (Qi, Zhu and Fan 2019) has the cells around each contact, and cells that contacts have left and that are not yet back at
 //! rest. Nodes near a contact are free. Nodes on the border of the region, and nodes that contacts have left, return to their rest positions
@@ -9,8 +10,10 @@
 //! free, and border nodes are fixed where they are.
 
 mod bounds;
+mod cell_source;
 mod contact_points;
 mod cut;
+mod deformation;
 mod directions;
 mod embed;
 mod fields;
@@ -26,15 +29,16 @@ mod reshape;
 mod rest_offsets;
 mod smooth;
 mod state;
+mod tetrahedral_cells;
 mod torn_triangles;
 mod untangle;
 
 use super::fibres::Fibres;
 use super::fields::Fields;
 use super::fixing::Fixing;
-use super::grid_pool::PooledGrid;
 use super::stiffness::StiffnessFactor;
 pub use bounds::NodeBounds;
+pub use cell_source::CellSource;
 pub use contact_points::{ContactBuffers, ContactPoint, ContactSurface};
 use fragments::Fragments;
 pub(in crate::body) use fragments::NodeKey as LatticeNode;
@@ -48,6 +52,7 @@ use point_bindings::PointBindings;
 pub(in crate::body) use rest_offsets::{RestOffset, RestOffsets};
 use smooth::SmoothEmbedding;
 pub use state::LatticeState;
+pub use tetrahedral_cells::TetrahedralCells;
 pub use untangle::Repair;
 
 use std::collections::HashMap;
@@ -87,7 +92,7 @@ pub enum LatticeError {
     /// The material needs a kind of element that the discretization does not have.
     #[error("material `{material}` wants {wanted}, which a {discretization} does not give")]
     Unsupported {
-        /// `grid` or `sheet`.
+        /// `grid`, `sheet` or `tetrahedral mesh`.
         discretization: &'static str,
         /// Id of the material.
         material: String,
@@ -124,11 +129,13 @@ pub enum LatticeError {
 
 /// The discretization of a solid.
 pub struct Lattice {
-    /// The grid plugin, built around the model.
-    pub grid: PooledGrid,
+    /// Where its cells come from.
+    pub source: CellSource,
+    /// What names the model and all settings the cells were made with.
+    pub key: String,
     /// Level and region.
     pub settings: RegionSettings,
-    /// Facts about the grid level.
+    /// Facts about the level of the grid, or about the tetrahedra.
     pub facts: Level,
     /// Largest number of active cells that there is memory for.
     pub most_cells: usize,
@@ -200,18 +207,22 @@ pub(super) struct DrivenNode {
 const NO_WEIGHTS: u32 = u32::MAX;
 
 impl Lattice {
-    /// A lattice on a grid that was built around a model, without active nodes. `families` is the mask of links that the material uses.
+    /// A lattice of the cells of a grid that was built around a model, or of tetrahedra, without active nodes. `families` is the mask of links that the material
+    /// uses, `key` names the model and all settings the cells were made with.
     ///
     /// # Errors
     /// Returns the error of the grid plugin; [`LatticeError::Empty`] if the level has no occupied cell.
-    pub fn new(grid: PooledGrid, settings: RegionSettings, families: u32) -> Result<Self, LatticeError> {
-        let facts = grid.level(settings.level)?;
+    pub fn new(source: CellSource, key: String, settings: RegionSettings, families: u32) -> Result<Self, LatticeError> {
+        let facts = source.level(settings.level)?;
         if facts.surface_cells + facts.inside_cells == 0 {
             return Err(LatticeError::Empty { level: settings.level });
         }
-        let smooth = (settings.smooth && !grid.is_nonlinear()).then(Box::default);
+        // Slopes are continued along the axes of cubes.
+        let is_smooth = settings.smooth && !source.is_nonlinear() && source.tetrahedra().is_none();
+        let smooth = is_smooth.then(Box::default);
         Ok(Self {
-            grid,
+            source,
+            key,
             settings,
             facts,
             most_cells: usize::MAX,
@@ -283,7 +294,8 @@ impl Lattice {
     pub fn bytes(&self) -> usize {
         let occupied = (self.facts.surface_cells + self.facts.inside_cells) as usize;
         let links = 2 * self.region.link_family.capacity() + self.grid_region.link_family.capacity();
-        occupied * 16 + self.weights.len() * 64 + links * 20
+        let source = self.source.tetrahedra().map_or(occupied * 16, |cells| cells.bytes());
+        source + self.weights.len() * 64 + links * 20
     }
 }
 

@@ -1,6 +1,6 @@
 //! A body of a scene: its model, the discretization that is simulated, and the surface that is embedded in it.
 //!
-//! A solid is embedded in a [`Lattice`] of cubic cells, a sheet is simulated on its own mesh ([`Sheet`]). Either way
+//! A solid is embedded in a [`Lattice`] of cubic cells, or of the tetrahedra of its file; a sheet is simulated on its own mesh ([`Sheet`]). Either way
 //! [`pliant_solver::System`] holds nodes and elements, and [`Skin`] the positions of the model's vertices that follow from them.
 
 mod cell_corners;
@@ -39,8 +39,8 @@ pub use fields::{FieldSurface, Fields, Layer, factor_at};
 pub use fixing::{Fixing, Place, displacement_along};
 pub use grid_pool::{GridPool, PooledGrid};
 pub use lattice::{
-    BodyInterior, CellFragment, ContactBuffers, ContactPoint, ContactSurface, Lattice, LatticeError, NodeBounds,
-    RegionSettings, Repair,
+    BodyInterior, CellFragment, CellSource, ContactBuffers, ContactPoint, ContactSurface, Lattice, LatticeError,
+    NodeBounds, RegionSettings, Repair, TetrahedralCells,
 };
 pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::{Model, Subdivision};

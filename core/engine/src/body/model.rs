@@ -1,10 +1,12 @@
 //! The model of a body: its document, its surface at rest in metres, and the triangles around each vertex.
 
+use super::lattice::TetrahedralCells;
 use super::pages::PageStamps;
 use pliant_mesh::geometry::TriangleTree;
 use pliant_mesh::geometry::Vec3;
-use pliant_mesh::{Finding, ObjDocument, Placement, Surface, check};
+use pliant_mesh::{Finding, ObjDocument, Placement, Surface, TetMesh, check};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// How often the faces of a model's file were divided into four, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,7 +20,7 @@ pub struct Subdivision {
 /// A model placed in the scene. It changes when a blade cuts it, not when the body deforms.
 #[derive(Clone)]
 pub struct Model {
-    /// The OBJ document, in units of the file.
+    /// The OBJ document, in units of the file; of a tetrahedral mesh its boundary.
     pub document: ObjDocument,
     /// Scale and translation from units of the file to metres of the scene.
     pub placement: Placement,
@@ -28,6 +30,8 @@ pub struct Model {
     pub findings: Vec<Finding>,
     /// What the scene's `subdivide` came to.
     pub subdivision: Option<Subdivision>,
+    /// The tetrahedra of the file, whose boundary the document is; `None` for a file of a surface.
+    pub tetrahedra: Option<Arc<TetrahedralCells>>,
     /// Triangles around vertex v of the file: `around[start[v]..start[v + 1]]`.
     start: Vec<u32>,
     around: Vec<u32>,
@@ -72,12 +76,20 @@ impl Model {
             surface,
             findings,
             subdivision: None,
+            tetrahedra: None,
             start,
             around,
             pages: PageStamps::default(),
             recut: HashMap::new(),
             longest_edge,
         }
+    }
+
+    /// The model of a tetrahedral mesh, whose boundary is `document`, placed in the scene.
+    pub fn of_tetrahedra(mesh: TetMesh, document: ObjDocument, placement: Placement) -> Self {
+        let mut model = Self::new(document, placement);
+        model.tetrahedra = Some(Arc::new(TetrahedralCells::new(mesh, &placement, &model.surface)));
+        model
     }
 
     /// Triangles around a vertex.
@@ -172,7 +184,8 @@ impl Model {
     /// Estimate of the memory, bytes: the largest arrays.
     pub fn bytes(&self) -> usize {
         let s = &self.surface;
-        self.document.bytes().len() + s.points.len() * (24 + 8) + s.triangles.len() * (12 + 4 + 12)
+        let tetrahedra = self.tetrahedra.as_ref().map_or(0, |cells| cells.bytes());
+        tetrahedra + self.document.bytes().len() + s.points.len() * (24 + 8) + s.triangles.len() * (12 + 4 + 12)
     }
 }
 

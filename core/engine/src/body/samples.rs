@@ -94,7 +94,7 @@ impl Samples {
         let merged = merge_all(pieces);
         let places: Vec<Vec3> = merged.iter().map(|m| m.centroid).collect();
         let (mut cells, mut weights) = (vec![0; places.len()], vec![[0.0; 8]; places.len()]);
-        lattice.grid.weights(lattice.settings.level, cast_slice(&places), &mut cells, &mut weights)?;
+        lattice.source.weights(lattice.settings.level, cast_slice(&places), &mut cells, &mut weights)?;
         let mut order: Vec<u32> = (0..places.len() as u32).collect();
         order.sort_by_key(|&i| cells[i as usize]);
         let mut samples = Self::default();
@@ -143,7 +143,9 @@ impl Samples {
         let (edge, size) = (lattice.edge(), lattice.edge() / PER_EDGE);
         let mut triangles = Vec::new();
         for &id in cells {
-            let centre = Vec3::from(lattice.grid.cell(lattice.settings.level, id)?.centre);
+            // Tetrahedra are not cut.
+            let Some(grid) = lattice.source.plugin() else { continue };
+            let centre = Vec3::from(grid.cell(lattice.settings.level, id)?.centre);
             let offset = lattice.rest_offset_at(centre)?;
             skin.tree.near(centre + offset, 0.5 * edge + offset.norm(), |t| triangles.push(t));
         }

@@ -62,7 +62,7 @@ impl PointLoads {
                 return Ok(());
             }
         };
-        if lattice.grid.is_nonlinear() {
+        if lattice.source.is_nonlinear() {
             lattice.pull_back(&self.points, &self.force, nodes, |node, f| {
                 let at = sums.entry(node).0;
                 *at += f;

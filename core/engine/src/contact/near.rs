@@ -243,7 +243,7 @@ impl ProximitySearch {
                 self.turns.push(Matrix3::identity());
                 continue;
             }
-            self.turns.push(normal_turn(&lattice.displacements(cell, nodes), lattice.edge()));
+            self.turns.push(lattice.normal_turn(cell, nodes));
             let weights = &self.weights[begin..begin + range.len()];
             lattice.embed_places(cell, &samples.place[range], weights, nodes, &mut self.carried)?;
         }
@@ -326,21 +326,4 @@ pub fn inward(rest: Vec3, normal: Vec3, edge: f64) -> Vec3 {
 pub fn normal_of(corners: [Vec3; 3]) -> Vec3 {
     let [a, b, c] = corners;
     (b - a).cross(&(c - a))
-}
-
-/// Cofactor matrix of a cell's mean deformation gradient, which maps normals of the rest shape to the current shape. `moved` are the
-/// displacements of the cell's corners and `edge` is its edge, in m.
-fn normal_turn(moved: &[Vec3; 8], edge: f64) -> Matrix3<f64> {
-    let mut f = Matrix3::identity();
-    for (corner, u) in moved.iter().enumerate() {
-        for axis in 0..3 {
-            let sign = if corner >> axis & 1 == 1 { 0.25 } else { -0.25 };
-            for i in 0..3 {
-                f[(i, axis)] += sign * u[i] / edge;
-            }
-        }
-    }
-    let column = |i: usize| f.column(i).into_owned();
-    let [a, b, c] = [column(0), column(1), column(2)];
-    Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])
 }

@@ -38,6 +38,10 @@ const LINKS_OF_NODE: [(u32, f64); 4] =
 const SHEET_TRIANGLE: u64 = 1000;
 const IMPLICIT_SHEET_TRIANGLE: u64 = 3600;
 
+/// Bytes for each node and each tetrahedron of a file: as they are read, sorted by their faces, and as cells with their boxes.
+const NODE_OF_FILE: u64 = 150;
+const TETRAHEDRON_OF_FILE: u64 = 400;
+
 /// Estimate of the memory of a body by its parts, bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct BodyMemory {
@@ -107,6 +111,14 @@ pub(crate) fn sheet_bytes(triangles: u64, implicit: bool) -> u64 {
     triangles.saturating_mul(if implicit { IMPLICIT_SHEET_TRIANGLE } else { SHEET_TRIANGLE })
 }
 
+/// Memory of a tetrahedral mesh of a file, bytes: numbers and positions of its nodes; corners, tags, volumes and boxes of its tetrahedra, and its faces while it is read.
+pub(crate) fn tetrahedra_bytes(nodes: u64, tetrahedra: u64) -> u64 {
+    nodes.saturating_mul(NODE_OF_FILE).saturating_add(tetrahedra.saturating_mul(TETRAHEDRON_OF_FILE))
+}
+
+/// Number of tetrahedra into which a cube is divided.
+pub(crate) const TETRAHEDRA_OF_CUBE: f64 = 5.0;
+
 /// What a simulated cell takes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellCosts {
@@ -116,8 +128,8 @@ pub(crate) struct CellCosts {
 }
 
 impl CellCosts {
-    /// The costs of a material with these requests, with a matrix if `implicit`.
-    pub(crate) fn new(requests: &[ElementRequest], implicit: bool) -> Self {
+    /// The costs of a material with these requests, in cells of this many tetrahedra, with a matrix if `implicit`.
+    pub(crate) fn new(requests: &[ElementRequest], tetrahedra: f64, implicit: bool) -> Self {
         let families = requests.iter().fold(0, |all, r| all | r.families);
         let mut costs = Self { per_node: NODE + LINK * links_of_node(families), per_cell: 150.0 };
         if implicit {
@@ -133,7 +145,7 @@ impl CellCosts {
                 abi::POINT => costs.per_node += element + map,
                 abi::LINK => costs.per_node += links_of_node(request.families) * (element + map),
                 _ if request.flags & abi::INNER_TETRAHEDRON != 0 => costs.per_cell += element + map,
-                _ => costs.per_cell += 5.0 * (element + map),
+                _ => costs.per_cell += tetrahedra * (element + map),
             }
         }
         costs

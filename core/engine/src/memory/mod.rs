@@ -13,5 +13,8 @@ pub(crate) use account::MemoryAccount;
 pub use budget::MemoryBudget;
 pub use estimate::BodyMemory;
 pub(crate) use estimate::total;
-pub(crate) use estimate::{CellCosts, document_bytes, file_bytes, grid_bytes, sample_bytes, shape_bytes, sheet_bytes};
+pub(crate) use estimate::{
+    CellCosts, TETRAHEDRA_OF_CUBE, document_bytes, file_bytes, grid_bytes, sample_bytes, shape_bytes, sheet_bytes,
+    tetrahedra_bytes,
+};
 pub use size::{format_bytes, parse_bytes};

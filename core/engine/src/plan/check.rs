@@ -6,6 +6,7 @@ use crate::scene::{
     Amount, BladeScene, BodyScene, DeviceScene, EditScene, Extent, FieldScene, FixedScene, IntegratorChoice, Length,
     ObstacleScene, ProbeScene, Scene, SceneError, SheetContact, Source, ToolScene, parse_quantity,
 };
+use pliant_mesh::TetMesh;
 use std::ops::Range;
 use toml::Spanned;
 
@@ -32,6 +33,7 @@ pub(super) fn check(scene: &Scene, source: &Source) -> Result<(), SceneError> {
     scene.device.iter().try_for_each(|device| check.device(device))?;
     scene.tool.iter().try_for_each(|tool| check.tool(tool))?;
     scene.edit.iter().try_for_each(|edit| check.edit(edit))?;
+    check.edits_of_tetrahedra(scene)?;
     scene.probe.iter().try_for_each(|probe| check.probe(probe, scene.time.duration.get_ref().si))?;
     match &scene.output.frames {
         Some(rate) => check.above(rate.get_ref().si, rate.span(), "frames", " Hz"),
@@ -199,14 +201,66 @@ impl Check<'_> {
         if let Some(size) = &body.size {
             self.above(size.get_ref().si, size.span(), "size", " m")?;
         }
-        if let Some(radius) = &body.grid.radius {
+        if let Some(radius) = &body.grid.get_ref().radius {
             self.above(radius.get_ref().si, radius.span(), "radius of the region", " m")?;
         }
-        self.above(body.grid.relaxation.get_ref().si, body.grid.relaxation.span(), "relaxation", " s")?;
-        let region = if body.sheet.is_some() { Extent::Whole } else { body.grid.region };
+        self.above(
+            body.grid.get_ref().relaxation.get_ref().si,
+            body.grid.get_ref().relaxation.span(),
+            "relaxation",
+            " s",
+        )?;
+        if body.is_tetrahedral() {
+            self.tetrahedra(body)?;
+        }
+        let region = body.extent();
         body.field.iter().try_for_each(|field| self.field(field))?;
         self.fibres(body)?;
         body.fixed.iter().try_for_each(|fixed| self.fixed(fixed, region))
+    }
+
+    /// Checks that a body of tetrahedra has no keys of other bodies.
+    fn tetrahedra(&self, body: &BodyScene) -> Result<(), SceneError> {
+        let mesh = body.mesh.as_ref().map_or("", |mesh| mesh.get_ref());
+        let others = [
+            ("sheet", body.sheet.as_ref().map(Spanned::span), "a sheet is an OBJ file"),
+            ("subdivide", body.subdivide.as_ref().map(Spanned::span), "refine the mesh where it was made"),
+            (
+                "grid",
+                Some(body.grid.span()).filter(|span| *span != (0..0)),
+                "it is simulated as it is, as a whole and without a grid",
+            ),
+            (
+                "stitch",
+                body.stitch.first().map(|_| body.mesh.as_ref().map_or(0..0, Spanned::span)),
+                "only sheets are sewn",
+            ),
+        ];
+        match others.into_iter().find_map(|(key, span, why)| Some((key, span?, why))) {
+            Some((key, span, why)) => self.wrong(
+                span,
+                format!("`{key}` of body `{}`, a tetrahedral mesh ({mesh}): {why}; leave it out", body.name.get_ref()),
+            ),
+            None => Ok(()),
+        }
+    }
+
+    /// Checks that no edit cuts or stitches where there is a body of tetrahedra, which would not follow.
+    fn edits_of_tetrahedra(&self, scene: &Scene) -> Result<(), SceneError> {
+        let Some(body) = scene.body.iter().find(|body| body.is_tetrahedral()) else { return Ok(()) };
+        for edit in &scene.edit {
+            if let Command::Tool(kind) = self.command(edit)?
+                && (kind.cuts() || kind.name() == "stitch")
+            {
+                let text = format!(
+                    "edit kind `{}` where body `{}` is a tetrahedral mesh, which is neither cut nor stitched; allowed is another kind, or the body's surface as an OBJ file",
+                    kind.name(),
+                    body.name.get_ref()
+                );
+                return self.wrong(edit.kind.span(), text);
+            }
+        }
+        Ok(())
     }
 
     /// Checks that a field has exactly one way to give its factors.
@@ -305,6 +359,11 @@ impl Check<'_> {
 
     fn obstacle(&self, obstacle: &ObstacleScene, scene: &Scene) -> Result<(), SceneError> {
         let (name, span) = (obstacle.name.get_ref(), obstacle.name.span());
+        if let Some(mesh) = obstacle.mesh.as_ref().filter(|mesh| TetMesh::is_name(mesh.get_ref())) {
+            let text =
+                format!("obstacle `{name}` of a tetrahedral mesh; allowed is an OBJ file: an obstacle is a surface");
+            return self.wrong(mesh.span(), text);
+        }
         match (&obstacle.mesh, &obstacle.shape) {
             (Some(mesh), Some(_)) => return self.wrong(mesh.span(), "`mesh` and `shape`; allowed is one of them"),
             (None, None) => {

@@ -46,7 +46,7 @@ impl Session {
                 let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
                 let Some(lattice) = body.discretization.lattice() else { continue };
                 let make = || Samples::new(&body.model.surface, lattice);
-                body.samples = shared.samples(|| lattice.grid.key().to_owned(), make).map_err(of_body)?;
+                body.samples = shared.samples(|| lattice.key.clone(), make).map_err(of_body)?;
             }
         }
         Ok(())

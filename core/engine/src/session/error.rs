@@ -3,7 +3,7 @@
 use crate::body::LatticeError;
 use crate::scene::SceneError;
 use pliant_host::HostError;
-use pliant_mesh::{MeshError, ObjError};
+use pliant_mesh::{MeshError, ObjError, TetMeshError};
 use pliant_solver::ForceError;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -17,6 +17,9 @@ pub enum SessionError {
     /// A model cannot be read.
     #[error(transparent)]
     Obj(#[from] ObjError),
+    /// A tetrahedral mesh cannot be read.
+    #[error(transparent)]
+    Tetrahedra(#[from] TetMeshError),
     /// A model cannot be used.
     #[error("{}: body `{body}`: {error}", file.display())]
     Mesh {

@@ -1,7 +1,7 @@
 //! Fibres of a scene: the directions of a body's entries, checked and placed.
 
 use super::fields::{meets, place_of};
-use super::place::named_faces;
+use super::place::{GroupPart, group_part};
 use super::shared::SharedModel;
 use crate::body::{Curve, DirectionCloud, FibreEntry, FibreLines, FibrePart, Fibres, FieldSurface};
 use crate::scene::{AroundScene, BodyScene, FibreAxes, FibreScene, SceneError, Source};
@@ -66,11 +66,10 @@ fn part(
         return Ok(FibrePart::Place(place));
     }
     let Some(name) = &fibre.group else { return Ok(FibrePart::Whole) };
-    let faces = named_faces(name, source, &shared.model.document)?;
-    if !faces.contains(&true) {
-        return Err(source.error(name.span(), format!("group `{}` of the model has no faces", name.get_ref())));
-    }
-    Ok(FibrePart::Triangles(surface.face_of.iter().map(|face| faces[*face as usize]).collect()))
+    Ok(match group_part(name, source, &shared.model)? {
+        GroupPart::Triangles(all) => FibrePart::Triangles(all),
+        GroupPart::Tetrahedra(all) => FibrePart::Tetrahedra(all),
+    })
 }
 
 /// An entry of a scene, and the placement of the body's model.

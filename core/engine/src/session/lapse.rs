@@ -96,8 +96,7 @@ impl Session {
             None if took <= self.watch.patience => return,
             None => {
                 let material = body.system.material.name();
-                let discretization =
-                    body.discretization.lattice().map_or("its mesh", |lattice| lattice.grid.info().id.as_str());
+                let discretization = body.discretization.lattice().map_or("its mesh", |lattice| lattice.source.name());
                 let allowed = self.watch.patience;
                 format!(
                     "`{material}` on `{discretization}` took {took:.3} s over a step; allowed is {allowed} s (`patience`)"

@@ -5,13 +5,13 @@ use super::open::{Opening, region_radius};
 use super::shared::SharedModel;
 use crate::body::Lattice;
 use crate::memory::{
-    CellCosts, MemoryAccount, document_bytes, file_bytes, format_bytes, grid_bytes, sample_bytes, shape_bytes,
-    sheet_bytes,
+    CellCosts, MemoryAccount, TETRAHEDRA_OF_CUBE, document_bytes, file_bytes, format_bytes, grid_bytes, sample_bytes,
+    shape_bytes, sheet_bytes, tetrahedra_bytes,
 };
 use crate::scene::{BodyScene, ShapeKind, ShapeScene, Source};
 use pliant_host::Material;
-use pliant_mesh::ObjDocument;
 use pliant_mesh::generate::MAX_CELLS;
+use pliant_mesh::{ObjDocument, TetMesh};
 use pliant_plugin_api::abi::Level;
 use pliant_solver::ForceModel;
 use std::f64::consts::PI;
@@ -47,6 +47,13 @@ impl ModelCheck<'_> {
             format!("the model {} of {vertices} vertices and {faces} faces", document.name().display())
         };
         self.check(document_bytes(document), counts)
+    }
+
+    /// Checks a tetrahedral mesh before cells are made of it.
+    pub(super) fn tetrahedra(&self, mesh: &TetMesh) -> Result<(), SessionError> {
+        let (nodes, tetrahedra) = (mesh.points.len(), mesh.tetrahedra.len());
+        let what = || format!("the model {} of {nodes} nodes and {tetrahedra} tetrahedra", mesh.name().display());
+        self.check(tetrahedra_bytes(nodes as u64, tetrahedra as u64), what)
     }
 
     /// Checks a document before its faces are divided into four.
@@ -93,7 +100,7 @@ impl Opening<'_> {
         let what = format!("the levels of a grid to level {level}");
         let coarser = |_| Some("use a coarser level".into());
         let checked = self.memory.check(&body_called(scene), bytes, &what, coarser);
-        checked.map_err(|text| SessionError::Memory(self.source.error(scene.grid.level.span(), text)))?;
+        checked.map_err(|text| SessionError::Memory(self.source.error(scene.grid.get_ref().level.span(), text)))?;
         self.memory.body(index).grid = bytes;
         Ok(())
     }
@@ -107,8 +114,8 @@ impl Opening<'_> {
         material: &Material,
         lattice: &mut Lattice,
     ) -> Result<(), SessionError> {
-        let costs = CellCosts::new(material.requests(), self.is_implicit);
-        let radius = scene.grid.radius.as_ref().map(|r| r.get_ref().si);
+        let costs = CellCosts::new(material.requests(), TETRAHEDRA_OF_CUBE, self.is_implicit);
+        let radius = scene.grid.get_ref().radius.as_ref().map(|r| r.get_ref().si);
         let whole = lattice.is_whole();
         let largest_tool = self.tool_radii.largest;
         let cells_of = |facts: &Level| {
@@ -129,11 +136,11 @@ impl Opening<'_> {
         };
         let facts = lattice.facts;
         let (samples, elements) = parts_of(&facts);
-        let grid = &lattice.grid;
+        let source = &lattice.source;
         let fitting = |left: u64| {
             let left = left.saturating_add(grid_bytes(facts.level));
             let fits = (1..facts.level).rev().find_map(|level| {
-                let facts = grid.level(level).ok()?;
+                let facts = source.level(level).ok()?;
                 let (samples, elements) = parts_of(&facts);
                 let bytes = samples.saturating_add(elements).saturating_add(grid_bytes(level));
                 (bytes <= left).then_some((level, bytes))
@@ -145,11 +152,34 @@ impl Opening<'_> {
         let what = format!("{cells:.0} simulated cells of level {} and its surface", facts.level);
         let bytes = samples.saturating_add(elements);
         let checked = self.memory.check(&body_called(scene), bytes, &what, fitting);
-        checked.map_err(|text| SessionError::Memory(self.source.error(scene.grid.level.span(), text)))?;
+        checked.map_err(|text| SessionError::Memory(self.source.error(scene.grid.get_ref().level.span(), text)))?;
         let body = self.memory.body(index);
         (body.samples, body.elements) = (samples, elements);
         let more = self.memory.left() as f64 / costs.per_simulated_cell(&facts);
         lattice.most_cells = (cells + more) as usize;
+        Ok(())
+    }
+
+    /// Checks the nodes, elements, samples and solver of a body of tetrahedra.
+    pub(super) fn check_tetrahedra(
+        &mut self,
+        scene: &BodyScene,
+        index: usize,
+        shared: &SharedModel,
+        (material, facts): (&Material, &Level),
+    ) -> Result<(), SessionError> {
+        let costs = CellCosts::new(material.requests(), 1.0, self.is_implicit);
+        let has_samples = self.tool_radii.largest > 0.0;
+        let samples = if has_samples { sample_bytes(&shared.model.surface, facts.edge) } else { 0 };
+        let cells = facts.surface_cells + facts.inside_cells;
+        let elements = (cells as f64 * costs.per_simulated_cell(facts)) as u64;
+        let what = format!("{cells} tetrahedra and their surface");
+        let checked = self.memory.check(&body_called(scene), samples.saturating_add(elements), &what, |_| None);
+        checked.map_err(|text| SessionError::Memory(self.source.error(scene.name.span(), text)))?;
+        let body = self.memory.body(index);
+        (body.samples, body.elements) = (samples, elements);
+        let tetrahedra = tetrahedra_bytes(facts.nodes, cells);
+        body.model = body.model.saturating_add(tetrahedra);
         Ok(())
     }
 

@@ -16,8 +16,8 @@ use super::{
     Choices, Clock, DeviceSlot, EventKind, Events, Frame, Loaded, Scratch, Session, SessionError, ToolSlot, place,
 };
 use crate::body::{
-    Body, Discretization, FailedTriangles, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin, StiffnessFactor,
-    Subdivision,
+    Body, CellSource, Discretization, FailedTriangles, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin,
+    StiffnessFactor, Subdivision, TetrahedralCells,
 };
 use crate::contact::{Friction, LayerLaw, SheetTips};
 use crate::edit::BladeEdge;
@@ -338,7 +338,10 @@ impl Opening<'_> {
                 self.check_sheet(scene, index, model.surface.triangles.len())?;
                 Discretization::Sheet(Box::new(Sheet::new(&model, place::warp(sheet.get_ref()))))
             }
-            None => Discretization::Lattice(Box::new(self.lattice(scene, index, &shared, &material)?)),
+            None => Discretization::Lattice(Box::new(match shared.model.tetrahedra.clone() {
+                Some(cells) => self.tetrahedra(scene, index, (&shared, cells), &material)?,
+                None => self.lattice(scene, index, &shared, &material)?,
+            })),
         };
         let plane = info.fields().position(|param| param.key == STIFFNESS);
         let params = info.fields().map(|param| param.key.clone()).collect();
@@ -351,12 +354,12 @@ impl Opening<'_> {
         }
         let made = if scene.sheet.is_some() { CutMesh::sheet } else { CutMesh::new };
         let measured_key = |lattice: &Lattice| {
-            let (grid, settings) = (lattice.grid.key(), &lattice.settings);
-            format!("{grid} {settings:?} {material_key} {:?} {:?}", scene.field, scene.fibre)
+            let settings = &lattice.settings;
+            format!("{} {settings:?} {material_key} {:?} {:?}", lattice.key, scene.field, scene.fibre)
         };
         self.measured_keys.push(discretization.lattice().map(measured_key).unwrap_or_default());
         let skin = Skin::new(&model, shared.tree);
-        let fixing = |f: &Spanned<FixedScene>| place::fixing(f.get_ref(), self.source, &model, &discretization);
+        let fixing = |f: &Spanned<FixedScene>| place::fixing(f, self.source, &model, &discretization);
         let fixings = scene.fixed.iter().map(fixing).collect::<Result<_, _>>()?;
         let seams = self.seams(scene, &model, &discretization)?;
         self.seams.push(seams);
@@ -390,12 +393,13 @@ impl Opening<'_> {
     ) -> Result<Lattice, SessionError> {
         let name = scene.name.get_ref();
         let families = material.requests().iter().fold(0, |all, r| all | r.families);
-        let (library, info, settings) = self.plugin(PluginKind::Grid, &scene.grid.plugin, &scene.grid.params)?;
-        let radius = match scene.grid.region {
+        let (library, info, settings) =
+            self.plugin(PluginKind::Grid, &scene.grid.get_ref().plugin, &scene.grid.get_ref().params)?;
+        let radius = match scene.grid.get_ref().region {
             Extent::Whole => Some(f64::INFINITY),
-            Extent::Local => scene.grid.radius.as_ref().map(|r| r.get_ref().si),
+            Extent::Local => scene.grid.get_ref().radius.as_ref().map(|r| r.get_ref().si),
         };
-        let level = match *scene.grid.level.get_ref() {
+        let level = match *scene.grid.get_ref().level.get_ref() {
             Level::At(level) => level,
             Level::Auto => {
                 let (level, why) = choose_level(&shared.model.surface, self.tool_radii, radius);
@@ -403,8 +407,9 @@ impl Opening<'_> {
                 level
             }
         };
-        let relaxation = scene.grid.relaxation.get_ref().si;
-        let region = RegionSettings { level, radius: radius.unwrap_or(0.0), relaxation, smooth: scene.grid.smooth };
+        let relaxation = scene.grid.get_ref().relaxation.get_ref().si;
+        let region =
+            RegionSettings { level, radius: radius.unwrap_or(0.0), relaxation, smooth: scene.grid.get_ref().smooth };
         let (number, path, dt) = (shared.number, library.path().display(), self.dt);
         let key = format!("{number} {level} {dt:e} {path} {} {settings:?}", info.id);
         let grid = match self.shared.idle_grid(&key) {
@@ -412,16 +417,16 @@ impl Opening<'_> {
             None => {
                 self.check_grid(scene, index, level)?;
                 let mut grid = Grid::open(library, &info.id, &settings, self.dt)
-                    .map_err(|error| self.refused(scene.grid.level.span(), error))?;
+                    .map_err(|error| self.refused(scene.grid.get_ref().level.span(), error))?;
                 let surface = &shared.model.surface;
                 let built = grid.build(cast_slice(&surface.points), &surface.triangles, level);
                 built.map_err(|error| self.level_refused(scene, level, surface.bounds().longest_edge(), error))?;
                 grid
             }
         };
-        let grid = self.shared.pool(key, grid);
-        let mut lattice = Lattice::new(grid, region, families).map_err(|error| match error {
-            LatticeError::Host(error) => self.refused(scene.grid.level.span(), error),
+        let grid = CellSource::Grid(self.shared.pool(key.clone(), grid));
+        let mut lattice = Lattice::new(grid, key, region, families).map_err(|error| match error {
+            LatticeError::Host(error) => self.refused(scene.grid.get_ref().level.span(), error),
             error => SessionError::Lattice { body: name.clone(), error },
         })?;
         if radius.is_none() {
@@ -429,6 +434,25 @@ impl Opening<'_> {
         }
         self.check_lattice(scene, index, shared, material, &mut lattice)?;
         Ok(lattice)
+    }
+
+    /// The lattice of the tetrahedra of a file, simulated as a whole.
+    fn tetrahedra(
+        &mut self,
+        scene: &BodyScene,
+        index: usize,
+        (shared, cells): (&SharedModel, Arc<TetrahedralCells>),
+        material: &Material,
+    ) -> Result<Lattice, SessionError> {
+        self.check_tetrahedra(scene, index, shared, (material, &cells.facts()))?;
+        for note in cells.mesh().notes.iter().filter(|note| !note.is_doubtful()) {
+            self.events.add(EventKind::Model, 0.0, || format!("body `{}`: {note}", scene.name.get_ref()));
+        }
+        // Nothing of a whole body returns to rest, so the relaxation is not used.
+        let settings = RegionSettings { level: 1, radius: f64::INFINITY, relaxation: 1.0, smooth: false };
+        let key = format!("{} tetrahedra", shared.number);
+        let made = Lattice::new(CellSource::Tetrahedra(cells), key, settings, 0);
+        made.map_err(|error| SessionError::Lattice { body: scene.name.get_ref().clone(), error })
     }
 
     fn tool(
@@ -514,7 +538,7 @@ impl Opening<'_> {
     /// The error of a grid that refuses a level for a body with this longest edge (m). Suggests the coarsest level whose cells are at most as wide
     /// as the radius of the largest tool.
     fn level_refused(&self, scene: &BodyScene, level: u32, longest: f64, error: HostError) -> SessionError {
-        let span = scene.grid.level.span();
+        let span = scene.grid.get_ref().level.span();
         let edge = |level: u32| longest / (1_u64 << (level - 1)) as f64;
         // The cell edge halves from level to level; 64 levels exceed the range of a shift.
         let fitting = (1..level.min(64)).find(|&level| edge(level) <= self.tool_radii.largest);

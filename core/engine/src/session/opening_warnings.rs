@@ -62,6 +62,11 @@ impl Session {
                 let place = place(given.material.plugin.span());
                 found.push(Warning { code: WarningCode::NoFibres, place, message });
             }
+            found.extend(warn_mesh(body).map(|message| Warning {
+                code: WarningCode::DoubtfulMesh,
+                place: of_body.clone(),
+                message,
+            }));
             for (fixing, spanned) in body.fixings.iter().zip(&given.fixed) {
                 if is_empty_selection(body, &fixing.place)? {
                     let Extents { min, max } = extents;
@@ -129,6 +134,13 @@ fn warn_openness(body: &Body) -> Option<String> {
     })
 }
 
+/// A warning for what a user of a tetrahedral mesh may not expect of it.
+fn warn_mesh(body: &Body) -> Option<String> {
+    let mesh = body.model.tetrahedra.as_ref()?.mesh();
+    let notes: Vec<String> = mesh.notes.iter().filter(|note| note.is_doubtful()).map(ToString::to_string).collect();
+    (!notes.is_empty()).then(|| format!("body `{}`: {}: {}", body.name, mesh.name().display(), notes.join("; ")))
+}
+
 /// Whether a selection contains no node of a body.
 fn is_empty_selection(body: &Body, place: &Place) -> Result<bool, SessionError> {
     let Some(lattice) = body.discretization.lattice() else {
@@ -143,7 +155,7 @@ fn is_empty_selection(body: &Body, place: &Place) -> Result<bool, SessionError> 
     };
     let mut near = Region::default();
     let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
-    let asked = lattice.grid.region(lattice.settings.level, 0, &[ball], &[], &mut near);
+    let asked = lattice.source.region(lattice.settings.level, 0, &[ball], &[], &mut near);
     asked.map_err(|error| of_body(error.into()))?;
     let rest = near.node_rest.iter().enumerate();
     Ok(!rest.into_iter().any(|(node, rest)| place.contains(node as u32, Vec3::from(*rest))))

@@ -17,7 +17,9 @@ use nalgebra::{Unit, UnitQuaternion};
 use pliant_mesh::generate::Pattern;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::geometry::cast;
-use pliant_mesh::{MeshError, ObjDocument, Placement, Surface, generate};
+use pliant_mesh::tetrahedra::Group;
+use pliant_mesh::{MeshError, ObjDocument, Placement, Surface, TetMesh, generate};
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -32,9 +34,27 @@ pub(super) fn model(
     smallest: f64,
 ) -> Result<Model, SessionError> {
     let check = ModelCheck { scene, source, account };
-    let read = |path: &Path| -> Result<ObjDocument, SessionError> {
+    let wants = scene.is_tetrahedral();
+    let mut tetrahedra = None;
+    let mut read = |path: &Path| -> Result<ObjDocument, SessionError> {
         check.file(path)?;
-        Ok(ObjDocument::read(path)?)
+        if TetMesh::is_name(&path.to_string_lossy()) != wants {
+            let wanted = if wants { "a tetrahedral mesh (.msh or .vtk), as the body is one" } else { "an OBJ file" };
+            let text = format!(
+                "the model {} in the place of that of body `{}`; allowed is {wanted}",
+                path.display(),
+                scene.name.get_ref()
+            );
+            return Err(source.whole(text).into());
+        }
+        if !wants {
+            return Ok(ObjDocument::read(path)?);
+        }
+        let mesh = TetMesh::read(path)?;
+        check.tetrahedra(&mesh)?;
+        let document = mesh.surface()?;
+        tetrahedra = Some(mesh);
+        Ok(document)
     };
     let document = match (&scene.mesh, &scene.shape) {
         (Some(mesh), _) if source.documents.contains_key(mesh.get_ref()) => {
@@ -55,7 +75,10 @@ pub(super) fn model(
         (None, None) => None,
     };
     let placement = document.as_ref().map(|d| placement(scene, source, d)).transpose()?;
-    let make = |document: ObjDocument, placement: Placement| {
+    let make = |document: ObjDocument, placement: Placement, tetrahedra: Option<TetMesh>| {
+        if let Some(mesh) = tetrahedra {
+            return Ok(Model::of_tetrahedra(mesh, document, placement));
+        }
         let (document, subdivision) = subdivide(&check, document, placement.scale, smallest)?;
         let mut model = Model::new(document, placement);
         model.subdivision = subdivision;
@@ -64,7 +87,7 @@ pub(super) fn model(
     match (document, placement, instead) {
         (Some(document), Some(placement), None) => {
             check.document(&document)?;
-            make(document, placement)
+            make(document, placement, tetrahedra)
         }
         (own, placement, Some(path)) => {
             let document = read(path)?;
@@ -84,7 +107,7 @@ pub(super) fn model(
             };
             let fit = Placement::fit(&bounds, size).map_err(|error| of_mesh(scene, &document, error))?;
             let translation = rotation * fit.translation + centre;
-            make(document, Placement { rotation, translation, ..fit })
+            make(document, Placement { rotation, translation, ..fit }, tetrahedra)
         }
         _ => Err(source.whole(format!("body `{}` has no model", scene.name.get_ref())).into()),
     }
@@ -197,11 +220,12 @@ pub(super) fn warp(scene: &SheetScene) -> Warp {
 /// # Errors
 /// A group that the model does not have.
 pub(super) fn fixing(
-    scene: &FixedScene,
+    spanned: &Spanned<FixedScene>,
     source: &Source,
     model: &Model,
     discretization: &Discretization,
 ) -> Result<Fixing, SceneError> {
+    let (scene, span) = (spanned.get_ref(), spanned.span());
     let place = match scene {
         FixedScene { box_: Some([min, max]), .. } => {
             Place::Box { min: min.map(|c| c.si).into(), max: max.map(|c| c.si).into() }
@@ -210,6 +234,10 @@ pub(super) fn fixing(
             Place::Ball { centre: centre.map(|c| c.si).into(), radius: scene.radius.map_or(0.0, |r| r.si) }
         }
         FixedScene { group: Some(name), .. } => {
+            if let Some(cells) = &model.tetrahedra {
+                let nodes = named_group(name, source, cells.mesh())?.nodes.clone();
+                return Ok(fixing_at(scene, Place::Vertices(nodes.into_iter().collect())));
+            }
             let faces = named_faces(name, source, &model.document)?;
             let Surface { points, triangles, face_of } = &model.surface;
             let named = triangles.iter().zip(face_of).filter(|(_, face)| faces[**face as usize]).map(|(t, _)| *t);
@@ -221,10 +249,97 @@ pub(super) fn fixing(
                 }
             }
         }
-        FixedScene { nodes, .. } => Place::Nodes(nodes.clone().unwrap_or_default()),
+        FixedScene { nodes, .. } => {
+            let given = nodes.as_deref().unwrap_or_default();
+            match &model.tetrahedra {
+                Some(cells) => Place::Vertices(numbered_nodes(given, source, span, cells.mesh())?),
+                None => Place::Nodes(given.to_vec()),
+            }
+        }
     };
+    Ok(fixing_at(scene, place))
+}
+
+/// A fixing of the nodes in a place.
+fn fixing_at(scene: &FixedScene, place: Place) -> Fixing {
     let path = scene.path.iter().map(|&[t, x, y, z]| (t, Vec3::new(x, y, z)));
-    Ok(Fixing { place, clamp: scene.clamp, path: path.collect() })
+    Fixing { place, clamp: scene.clamp, path: path.collect() }
+}
+
+/// Nodes of a tetrahedral mesh by their numbers in the file.
+///
+/// # Errors
+/// A number that no node of a tetrahedron has.
+fn numbered_nodes(
+    given: &[u32],
+    source: &Source,
+    span: Range<usize>,
+    mesh: &TetMesh,
+) -> Result<HashSet<u32>, SceneError> {
+    let index: HashMap<u64, u32> = mesh.node_number.iter().copied().zip(0..).collect();
+    let node = |number: &u32| {
+        index.get(&u64::from(*number)).copied().ok_or_else(|| {
+            let (least, most) = (mesh.node_number.iter().min(), mesh.node_number.iter().max());
+            let text = format!(
+                "no tetrahedron of {} has node {number}; allowed is the number of a node in the file, from {} to {}",
+                mesh.name().display(),
+                least.unwrap_or(&0),
+                most.unwrap_or(&0)
+            );
+            source.error(span.clone(), text)
+        })
+    };
+    given.iter().map(node).collect()
+}
+
+/// What a group of a model is for fields and fibres.
+pub(super) enum GroupPart {
+    /// What is nearest to triangles of the surface: whether to each.
+    Triangles(Vec<bool>),
+    /// Some tetrahedra of the model: whether each.
+    Tetrahedra(Vec<bool>),
+}
+
+/// The faces, or of a tetrahedral mesh the faces or tetrahedra, of a group.
+///
+/// # Errors
+/// A name that is not there, a group without faces on the surface, and one of points or lines.
+pub(super) fn group_part(name: &Spanned<String>, source: &Source, model: &Model) -> Result<GroupPart, SceneError> {
+    let wrong = |text: String| Err(source.error(name.span(), text));
+    let no_faces = || wrong(format!("group `{}` of the model has no faces", name.get_ref()));
+    if let Some(cells) = &model.tetrahedra {
+        let group = named_group(name, source, cells.mesh())?;
+        match group.dimension {
+            // Faces inside of the body are not of the surface.
+            2 if model.document.faces_named(&group.name).is_none() => return no_faces(),
+            2 => {}
+            3 => {
+                let mut is_inside = vec![false; cells.mesh().tetrahedra.len()];
+                group.tetrahedra.iter().for_each(|tetrahedron| is_inside[*tetrahedron as usize] = true);
+                return Ok(GroupPart::Tetrahedra(is_inside));
+            }
+            _ => {
+                let kind = group.kind();
+                return wrong(format!("group `{}` is of {kind}; allowed is one of faces or tetrahedra", group.name));
+            }
+        }
+    }
+    let faces = named_faces(name, source, &model.document)?;
+    if !faces.contains(&true) {
+        return no_faces();
+    }
+    Ok(GroupPart::Triangles(model.surface.face_of.iter().map(|face| faces[*face as usize]).collect()))
+}
+
+/// The physical group of a tetrahedral mesh with a name.
+///
+/// # Errors
+/// A name that no group has, with those that there are.
+fn named_group<'a>(name: &Spanned<String>, source: &Source, mesh: &'a TetMesh) -> Result<&'a Group, SceneError> {
+    mesh.group(name.get_ref()).ok_or_else(|| {
+        let text = format!("no group `{}` in the model; allowed is {}", name.get_ref(), mesh.list_groups());
+        source.error(name.span(), text)
+    })
 }
 
 /// Whether each face of a model is under a `g` or `o` line with a name.

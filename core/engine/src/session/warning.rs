@@ -23,6 +23,8 @@ pub enum WarningCode {
     ChangesNothing,
     /// An edit cut nothing.
     CutsNothing,
+    /// A tetrahedral mesh has something that its user may not expect.
+    DoubtfulMesh,
     /// The scene gives no size of a model, and one metre per file unit does not fit the tool.
     DoubtfulUnits,
     /// The system gave no threads besides the first.
@@ -54,6 +56,7 @@ impl WarningCode {
             Self::CoarseSheet => "coarse-sheet",
             Self::ChangesNothing => "changes-nothing",
             Self::CutsNothing => "cuts-nothing",
+            Self::DoubtfulMesh => "doubtful-mesh",
             Self::DoubtfulUnits => "doubtful-units",
             Self::FewerThreads => "fewer-threads",
             Self::FixesNothing => "fixes-nothing",

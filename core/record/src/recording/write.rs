@@ -103,6 +103,10 @@ impl RecordingWriter<BufWriter<File>> {
             session.bodies.first().filter(|_| with_model).map(|body| (original_of(path), &body.model.document));
         let outputs = original.iter().map(|(path, _)| path.clone()).chain([path.to_path_buf()]);
         refuse_inputs(outputs, source, session)?;
+        if original.is_some() && session.bodies.first().is_some_and(|body| body.model.tetrahedra.is_some()) {
+            let text = "the model is a tetrahedral mesh, of which no copy is saved with a recording; name it as `mesh` of the scene";
+            return Err(error_at(path, io::Error::other(text)));
+        }
         if let Some((path, document)) = original {
             let bytes = self.undivided.as_deref().unwrap_or(document.bytes());
             if Some(Digest::of(bytes)) != self.model || !begins_with(document, bytes) {

@@ -68,7 +68,7 @@ impl Lattice {
         let ContactSurface { nodes, model, skin, samples, buffers } = surface;
         let corners = self.region.cell_corners[cell as usize];
         let first = self.set_weights(cell, model)?;
-        let is_nonlinear = self.grid.is_nonlinear();
+        let is_nonlinear = self.source.is_nonlinear();
         if is_nonlinear {
             self.embed_cell(cell, nodes, model, skin)?;
         }

@@ -27,7 +27,9 @@ impl Lattice {
         interior: &impl BodyInterior,
     ) -> Result<Vec<u64>, LatticeError> {
         let level = self.settings.level;
-        let mut changed = self.fragments.cut(&self.grid, level, swept, interior)?;
+        // Scenes with a cut of tetrahedra are refused.
+        let Some(grid) = self.source.plugin() else { return Ok(Vec::new()) };
+        let mut changed = self.fragments.cut(grid, level, swept, interior)?;
         for point in new {
             let place = side(point);
             let id = self.cut_cell_of(place)?;
@@ -49,8 +51,7 @@ impl Lattice {
         let level = self.settings.level;
         let mut points: Vec<BoundPoint> = Vec::new();
         for &id in &changed {
-            let facts = self.grid.cell(level, id)?;
-            let own = &self.grid.points(level)?[facts.point_begin..facts.point_end];
+            let own = self.source.points_of(level, id)?;
             points.extend(own.iter().map(|point| BoundPoint { point: *point, containing: id }));
             points.extend(self.bindings.of_cell(id));
             self.fragments.release(id);

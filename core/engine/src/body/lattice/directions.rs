@@ -5,6 +5,7 @@
 //! length again, for the stretch of a fibre counts from the new shape at rest.
 
 use super::Lattice;
+use super::deformation::gradient_of_tetrahedron;
 use pliant_plugin_api::abi;
 use pliant_solver::{System, Vec3};
 
@@ -16,10 +17,9 @@ impl Lattice {
         if system.sets.iter_mut().find(wants).is_none() {
             return;
         }
-        let half = Vec3::repeat(0.5 * self.facts.edge);
-        let mut cells: Vec<[f64; 3]> = Vec::with_capacity(self.region.cell_id.len());
-        for (id, corners) in self.region.cell_id.iter().zip(&self.region.cell_corners) {
-            let middle = self.grid_rest(corners[0]) + half;
+        let middles: Vec<Vec3> = (0..self.region.cell_id.len() as u32).map(|cell| self.cell_centre(cell)).collect();
+        let mut cells: Vec<[f64; 3]> = Vec::with_capacity(middles.len());
+        for ((id, corners), middle) in self.region.cell_id.iter().zip(&self.region.cell_corners).zip(middles) {
             let direction = *self.direction_of_cell.entry(*id).or_insert_with(|| fibres.at(middle));
             cells.push(self.follow_rest(direction, corners, &system.nodes.rest).into());
         }
@@ -37,6 +37,11 @@ impl Lattice {
         let displacements: [Vec3; 8] = std::array::from_fn(moved);
         if displacements.iter().all(|d| *d == Vec3::zeros()) {
             return direction;
+        }
+        if self.source.plugin().is_none() {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|corner| (self.grid_rest(corners[corner]), displacements[corner]));
+            let mapped = gradient_of_tetrahedron([a.0, b.0, c.0, d.0], [a.1, b.1, c.1, d.1]) * direction;
+            return mapped.try_normalize(f64::MIN_POSITIVE).unwrap_or(direction);
         }
         let mut mapped = direction;
         for axis in 0..3 {

@@ -34,7 +34,7 @@ impl Lattice {
     /// Locates a rest position (m) in the grid.
     pub(super) fn locate(&self, point: Vec3) -> Result<GridPoint, LatticeError> {
         let (mut id, mut weights) = ([abi::NO_CELL], [[0.0; 8]]);
-        self.grid.weights(self.settings.level, &[point.into()], &mut id, &mut weights)?;
+        self.source.weights(self.settings.level, &[point.into()], &mut id, &mut weights)?;
         Ok(GridPoint { cell: id[0], weights: weights[0] })
     }
 
@@ -63,7 +63,7 @@ impl Lattice {
             return Ok(points);
         }
         let [begin, end] = self.region.cell_points[cell as usize];
-        Ok(&self.grid.points(self.settings.level)?[begin as usize..end as usize])
+        Ok(&self.source.points(self.settings.level)?[begin as usize..end as usize])
     }
 
     /// The active cell, or fragment, that contains a rest position (m) in the cell with this id.
@@ -98,7 +98,7 @@ impl Lattice {
     pub fn weights_in(&mut self, places: &[Vec3], weights: &mut [[f64; 8]]) -> Result<(), LatticeError> {
         self.scratch.cells.resize(places.len(), 0);
         let cells = &mut self.scratch.cells[..places.len()];
-        Ok(self.grid.weights(self.settings.level, cast_slice(places), cells, weights)?)
+        Ok(self.source.weights(self.settings.level, cast_slice(places), cells, weights)?)
     }
 
     /// Appends to `out` the present positions (m) of rest positions (m, p x 3) in one active cell, with their trilinear weights (p x 8).
@@ -114,11 +114,11 @@ impl Lattice {
         nodes: &Nodes,
         out: &mut Vec<Vec3>,
     ) -> Result<(), LatticeError> {
-        if self.grid.is_nonlinear() {
+        if let Some(grid) = self.source.nonlinear() {
             let corners = vec![self.corners(cell, &nodes.x); places.len()];
             let first = out.len();
             out.resize(first + places.len(), Vec3::zeros());
-            return Ok(self.grid.place(
+            return Ok(grid.place(
                 self.settings.level,
                 cast_slice(places),
                 cast_slice(&corners),
@@ -233,9 +233,9 @@ impl Lattice {
             return Ok(EmbeddedPoint { now: settled + moved, settled });
         }
         let at = |field: &[Vec3]| -> Result<Vec3, LatticeError> {
-            if self.grid.is_nonlinear() {
+            if let Some(grid) = self.source.nonlinear() {
                 let (corners, mut out) = ([self.corners(cell as u32, field)], [[0.0; 3]]);
-                self.grid.place(self.settings.level, &[point.into()], cast_slice(&corners), &mut out)?;
+                grid.place(self.settings.level, &[point.into()], cast_slice(&corners), &mut out)?;
                 return Ok(out[0].into());
             }
             let corners = self.region.cell_corners[cell].iter().zip(&located.weights);
@@ -258,7 +258,7 @@ impl Lattice {
     /// # Errors
     /// Returns the error of the grid plugin.
     pub fn embed_cell(&mut self, cell: u32, nodes: &Nodes, model: &Model, skin: &mut Skin) -> Result<(), LatticeError> {
-        if self.grid.is_nonlinear() {
+        if self.source.is_nonlinear() {
             return self.embed_nonlinear(cell, nodes, model, skin);
         }
         let first = self.set_weights(cell, model)?;
@@ -317,7 +317,7 @@ impl Lattice {
         scratch.cells.resize(points.len(), 0);
         self.weights.resize(first + scratch.places.len(), [0.0; 8]);
         let (places, cells) = (&scratch.places, &mut scratch.cells);
-        self.grid.weights(self.settings.level, cast_slice(places), cells, &mut self.weights[first..])?;
+        self.source.weights(self.settings.level, cast_slice(places), cells, &mut self.weights[first..])?;
         self.weights_of[cell as usize] = first as u32;
         self.scratch = scratch;
         Ok(first)
@@ -331,6 +331,7 @@ impl Lattice {
         model: &Model,
         skin: &mut Skin,
     ) -> Result<(), LatticeError> {
+        let Some(grid) = self.source.nonlinear() else { return Ok(()) };
         let mut s = std::mem::take(&mut self.scratch);
         let points = self.points(cell)?;
         s.places.clear();
@@ -340,7 +341,7 @@ impl Lattice {
         for (field, out) in [(&nodes.rest, &mut s.rest), (&nodes.x, &mut s.now)] {
             s.corners.clear();
             s.corners.resize(points.len(), self.corners(cell, field));
-            self.grid.place(self.settings.level, cast_slice(&s.places), cast_slice(&s.corners), cast_slice_mut(out))?;
+            grid.place(self.settings.level, cast_slice(&s.places), cast_slice(&s.corners), cast_slice_mut(out))?;
         }
         for (i, &v) in points.iter().enumerate() {
             let u = s.now[i] - s.rest[i];
@@ -366,7 +367,7 @@ impl Lattice {
         ids.resize(places.len(), abi::NO_CELL);
         weights.clear();
         weights.resize(places.len(), [0.0; 8]);
-        let result = self.grid.weights(self.settings.level, cast_slice(places), &mut ids, weights);
+        let result = self.source.weights(self.settings.level, cast_slice(places), &mut ids, weights);
         cells.clear();
         cells.extend(ids.iter().zip(places).map(|(id, place)| self.cell_at(*id, *place).map(|cell| cell as u32)));
         self.scratch.cells = ids;
@@ -414,12 +415,13 @@ impl Lattice {
         nodes: &Nodes,
         mut visit: impl FnMut(u32, Vec3),
     ) -> Result<(), LatticeError> {
+        let Some(grid) = self.source.nonlinear() else { return Ok(()) };
         for (place, load) in places.iter().zip(loads) {
-            let id = self.grid.locate(self.settings.level, (*place).into())?.cell;
+            let id = grid.locate(self.settings.level, (*place).into())?.cell;
             let Some(cell) = self.cell_at(id, *place) else { continue };
             let (corners, mut out) = ([self.corners(cell as u32, &nodes.x)], [[[0.0; 3]; 8]]);
             let (place, load) = ([(*place).into()], [(*load).into()]);
-            self.grid.pull_back(self.settings.level, &place, cast_slice(&corners), &load, &mut out)?;
+            grid.pull_back(self.settings.level, &place, cast_slice(&corners), &load, &mut out)?;
             for (node, f) in self.region.cell_corners[cell].iter().zip(out[0]) {
                 visit(*node, f.into());
             }

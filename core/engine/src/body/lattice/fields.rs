@@ -46,8 +46,7 @@ impl Lattice {
         }
         let (fields, painted) = (self.fields.clone(), Arc::clone(&self.paint.factors));
         let at = |centre: Vec3| fields.as_ref().map_or_else(|| vec![1.0; painted.planes()], |fields| fields.at(centre));
-        let half = Vec3::repeat(0.5 * self.facts.edge);
-        let centres: Vec<Vec3> = self.region.cell_corners.iter().map(|c| self.grid_rest(c[0]) + half).collect();
+        let centres: Vec<Vec3> = (0..self.region.cell_id.len() as u32).map(|cell| self.cell_centre(cell)).collect();
         let known = &mut self.factors_of_cell;
         let cells: Vec<Arc<[f64]>> = self
             .region
@@ -87,6 +86,15 @@ impl Lattice {
                     }
                 }
             }
+        }
+    }
+
+    /// Middle of an active cell in the undeformed grid, m.
+    pub(super) fn cell_centre(&self, cell: u32) -> Vec3 {
+        let corners = self.region.cell_corners[cell as usize];
+        match self.source.plugin() {
+            Some(_) => self.grid_rest(corners[0]) + Vec3::repeat(0.5 * self.facts.edge),
+            None => 0.25 * corners[..4].iter().map(|n| self.grid_rest(*n)).sum::<Vec3>(),
         }
     }
 

@@ -178,9 +178,7 @@ impl Lattice {
             parts.flatten().for_each(|point| each(*point));
             return Ok(());
         }
-        let level = self.settings.level;
-        let facts = self.grid.cell(level, id)?;
-        self.grid.points(level)?[facts.point_begin..facts.point_end].iter().for_each(|point| each(*point));
+        self.source.points_of(self.settings.level, id)?.iter().for_each(|point| each(*point));
         Ok(())
     }
 }

@@ -7,7 +7,6 @@ use crate::body::lattice::fragments::NodeKey;
 use crate::body::model::Model;
 use crate::body::skin::{NOT_EMBEDDED, Skin};
 use pliant_host::Region;
-use pliant_plugin_api::CELL_TETRAHEDRA;
 use pliant_plugin_api::abi::{self, Ball};
 use pliant_solver::{Constraint, ElementList, Nodes, System, Vec3};
 use std::collections::HashMap;
@@ -64,7 +63,7 @@ impl Lattice {
     fn request_region(&mut self, wanted: &[Ball], nodes: &Nodes) -> Result<(), LatticeError> {
         let keep: Vec<u64> = self.moving_cells(nodes).collect();
         let region = if self.has_cuts() { &mut self.grid_region } else { &mut self.spare };
-        self.grid.region(self.settings.level, self.families, wanted, &keep, region)?;
+        self.source.region(self.settings.level, self.families, wanted, &keep, region)?;
         if region.cell_id.len() > self.most_cells {
             return Err(LatticeError::Memory { cells: region.cell_id.len(), most: self.most_cells });
         }
@@ -262,7 +261,8 @@ impl Lattice {
                     list.nodes.extend(0..region.node_id.len() as u32);
                     list.measure.extend_from_slice(&region.node_measure);
                 }
-                abi::LINK => {
+                // Families of links are those of cubes.
+                abi::LINK if self.source.plugin().is_some() => {
                     let wanted = |l: &usize| region.link_family[*l] & request.families != 0;
                     for l in (0..region.link_family.len()).filter(wanted) {
                         list.nodes.extend(region.link_nodes[l]);
@@ -276,7 +276,7 @@ impl Lattice {
                     return Err(LatticeError::Unsupported {
                         material,
                         wanted: kind_name(kind),
-                        discretization: "grid",
+                        discretization: self.source.kind(),
                     });
                 }
             }
@@ -284,33 +284,22 @@ impl Lattice {
         Ok(())
     }
 
-    /// Lists the five tetrahedra of each active cell in turn, or only the inner one with three times the measure: its volume is a third of
-    /// the cell's.
+    /// Lists the tetrahedra of each active cell in turn, or of a cube only the inner one with three times the measure: its volume is a third of the cube's.
     fn list_tetrahedra(&self, list: &mut ElementList, inner_only: bool) {
         let region = &self.region;
         for (cell, corners) in region.cell_corners.iter().enumerate() {
-            let parity = self.cell_parity(cell as u32);
             let share = self.fragments.share(self.cell_fragment(cell as u32));
-            let all = &CELL_TETRAHEDRA[parity];
-            let (tetrahedra, measure) = if inner_only { (&all[4..], 3.0 * share) } else { (&all[..], share) };
+            let (tetrahedra, measure) = match self.source.tetrahedra_of(region, &self.facts, cell as u32) {
+                [.., inner] if inner_only && self.source.plugin().is_some() => {
+                    (std::slice::from_ref(inner), 3.0 * share)
+                }
+                all => (all, share),
+            };
             for tetrahedron in tetrahedra {
                 list.nodes.extend(tetrahedron.map(|c| corners[c as usize]));
                 list.measure.push(measure);
             }
         }
-    }
-
-    /// Which of the two mirrored divisions into five tetrahedra an active cell has, 0 or 1. Neighbours alternate, so that the diagonals of
-    /// common faces match.
-    pub(super) fn cell_parity(&self, cell: u32) -> usize {
-        self.parity_in(&self.region, cell)
-    }
-
-    /// [`Lattice::cell_parity`] of a cell of any region.
-    pub(super) fn parity_in(&self, region: &Region, cell: u32) -> usize {
-        let least = region.node_rest[region.cell_corners[cell as usize][0] as usize];
-        let index = |i: usize| ((least[i] - self.facts.origin[i]) / self.facts.edge).round() as i64;
-        ((index(0) + index(1) + index(2)) & 1) as usize
     }
 
     /// Makes the present shape of the active nodes their rest shape, with zero velocity and history. Returns the triangles whose position

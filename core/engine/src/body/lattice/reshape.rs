@@ -36,7 +36,7 @@ impl Lattice {
             if corners.iter().all(|&n| !near[n as usize]) {
                 continue;
             }
-            if self.grid.is_nonlinear() {
+            if self.source.is_nonlinear() {
                 self.move_nonlinear(cell, change, rest, model, settled)?;
                 moved.extend_from_slice(self.points(cell)?);
                 continue;
@@ -60,6 +60,7 @@ impl Lattice {
         model: &Model,
         settled: &mut [Vec3],
     ) -> Result<(), LatticeError> {
+        let Some(grid) = self.source.nonlinear() else { return Ok(()) };
         let points = self.points(cell)?;
         let places: Vec<Vec3> = points.iter().map(|&v| model.surface.points[v as usize]).collect();
         let corners = self.region.cell_corners[cell as usize];
@@ -67,7 +68,7 @@ impl Lattice {
         for (factor, out) in [0.0, 1.0].into_iter().zip(&mut out) {
             let at = corners.map(|n| rest[n as usize] + factor * change.nodes[n as usize]);
             let all = vec![at; points.len()];
-            self.grid.place(self.settings.level, cast_slice(&places), cast_slice(&all), cast_slice_mut(out))?;
+            grid.place(self.settings.level, cast_slice(&places), cast_slice(&all), cast_slice_mut(out))?;
         }
         for (i, &v) in points.iter().enumerate() {
             settled[v as usize] += out[1][i] - out[0][i];

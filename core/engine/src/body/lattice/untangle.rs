@@ -9,7 +9,6 @@
 use super::fragments::NodeKey;
 use super::{Lattice, LatticeError, RestOffsets};
 use pliant_host::Region;
-use pliant_plugin_api::{CELL_TETRAHEDRA, abi};
 use pliant_solver::{Nodes, Vec3};
 
 /// Smallest volume of a tetrahedron, relative to that in the undeformed grid. The frequency of an element grows with the inverse of its
@@ -78,7 +77,7 @@ impl Lattice {
     /// Whether a cell of `region` has an inverted or flat tetrahedron, for the nodes of that region at `x` (m, n x 3).
     fn is_cell_tangled(&self, region: &Region, cell: u32, x: &[Vec3]) -> bool {
         let corners = region.cell_corners[cell as usize];
-        CELL_TETRAHEDRA[self.parity_in(region, cell)].iter().any(|tetrahedron| {
+        self.source.tetrahedra_of(region, &self.facts, cell).iter().any(|tetrahedron| {
             let nodes = tetrahedron.map(|corner| corners[corner as usize]);
             let undeformed = signed_volume(nodes.map(|node| region.node_rest[node as usize].into()));
             let volume = signed_volume(nodes.map(|node| x[node as usize]));
@@ -96,18 +95,9 @@ impl Lattice {
         offsets: &RestOffsets,
         changed: impl Iterator<Item = Vec3>,
     ) -> Result<Vec<Vec3>, LatticeError> {
-        let reach = 0.25 * self.facts.edge;
-        let towards = |corner: usize| Vec3::from_fn(|axis, _| if corner >> axis & 1 == 1 { reach } else { -reach });
-        // A point in each of the cells around each node.
-        let points: Vec<[f64; 3]> =
-            changed.flat_map(|place| (0..8).map(move |corner| (place + towards(corner)).into())).collect();
-        let (mut cells, mut weights) = (vec![abi::NO_CELL; points.len()], vec![[0.0; 8]; points.len()]);
-        self.grid.weights(self.settings.level, &points, &mut cells, &mut weights)?;
-        cells.retain(|cell| *cell != abi::NO_CELL);
-        cells.sort_unstable();
-        cells.dedup();
+        let cells = self.source.cells_around(&self.facts, changed)?;
         let (mut region, mut whole) = (Region::default(), Region::default());
-        self.grid.region(self.settings.level, self.families, &[], &cells, &mut whole)?;
+        self.source.region(self.settings.level, self.families, &[], &cells, &mut whole)?;
         if self.has_cuts() {
             self.fragments.apply(&whole, self.families, &mut region);
         } else {
@@ -169,9 +159,14 @@ impl Lattice {
     /// The nodes that each node shares an edge of a cell with (n).
     fn neighbours(&self, count: usize) -> Vec<Vec<u32>> {
         let mut neighbours = vec![Vec::new(); count];
+        let is_cube = self.source.plugin().is_some();
         for corners in &self.region.cell_corners {
             for (corner, &node) in corners.iter().enumerate() {
-                neighbours[node as usize].extend([1, 2, 4].map(|axis| corners[corner ^ axis]));
+                if is_cube {
+                    neighbours[node as usize].extend([1, 2, 4].map(|axis| corners[corner ^ axis]));
+                } else {
+                    neighbours[node as usize].extend(corners.iter().filter(|other| **other != node));
+                }
             }
         }
         for around in &mut neighbours {

@@ -1,6 +1,7 @@
 //! The `[[body]]` entries of a scene file: model, material, discretization, fixings and fields.
 
 use super::{Angle, FibreScene, Length, Level, SeamScene, Time};
+use pliant_mesh::TetMesh;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -14,7 +15,8 @@ pub struct BodyScene {
     #[serde(default = "default_body")]
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// Path of the OBJ file of the model, relative to the scene. Give either this or `shape`.
+    /// Path of the file of the model, relative to the scene: an OBJ file, or a tetrahedral mesh (`.msh` of Gmsh or legacy `.vtk`), which is simulated as it is. Give
+    /// either this or `shape`.
     #[schemars(with = "Option<String>")]
     pub mesh: Option<Spanned<String>>,
     /// A generated model.
@@ -39,8 +41,9 @@ pub struct BodyScene {
     /// Material plugin and its parameters.
     pub material: PluginScene,
     /// Grid in which a solid is embedded.
-    #[serde(default)]
-    pub grid: GridScene,
+    #[serde(default = "default_grid")]
+    #[schemars(with = "GridScene")]
+    pub grid: Spanned<GridScene>,
     /// Simulates the model on its own mesh instead of in a grid: for cloth and other thin shells.
     #[schemars(with = "Option<SheetScene>")]
     pub sheet: Option<Spanned<SheetScene>>,
@@ -60,6 +63,27 @@ pub struct BodyScene {
     #[serde(default)]
     #[schemars(with = "Vec<SeamScene>")]
     pub stitch: Vec<Spanned<SeamScene>>,
+}
+
+impl BodyScene {
+    /// Whether the model is a tetrahedral mesh, by the ending of its file's name.
+    pub fn is_tetrahedral(&self) -> bool {
+        self.mesh.as_ref().is_some_and(|mesh| TetMesh::is_name(mesh.get_ref()))
+    }
+
+    /// Whether the body is simulated on its own mesh, without a grid: a sheet, or a tetrahedral mesh.
+    pub fn has_own_mesh(&self) -> bool {
+        self.sheet.is_some() || self.is_tetrahedral()
+    }
+
+    /// Which cells or elements are simulated: all of a body that is simulated on its own mesh.
+    pub fn extent(&self) -> Extent {
+        if self.has_own_mesh() { Extent::Whole } else { self.grid.get_ref().region }
+    }
+}
+
+fn default_grid() -> Spanned<GridScene> {
+    Spanned::new(0..0, GridScene::default())
 }
 
 fn default_body() -> Spanned<String> {
@@ -237,10 +261,11 @@ pub struct FixedScene {
     pub ball: Option<[Length; 3]>,
     /// Radius of the ball.
     pub radius: Option<Length>,
-    /// A name of `g` or `o` lines of the OBJ file: the vertices of its faces, or for a solid the corners of the cells that contain its faces.
+    /// A name of `g` or `o` lines of the OBJ file: the vertices of its faces, or for a solid the corners of the cells that contain its faces. Of a tetrahedral mesh a
+    /// physical group: its nodes.
     #[schemars(with = "Option<String>")]
     pub group: Option<Spanned<String>>,
-    /// Numbers of nodes; for a whole region only.
+    /// Numbers of nodes; for a whole region only. Of a tetrahedral mesh those in the file: tags in a `.msh`, places from 0 in a `.vtk`.
     pub nodes: Option<Vec<u32>>,
     /// For a sheet: whether border edges with both ends held keep their direction at rest.
     #[serde(default)]
@@ -267,7 +292,7 @@ pub struct FieldScene {
     pub ball: Option<[Length; 3]>,
     /// Radius of the ball.
     pub radius: Option<Length>,
-    /// A name of `g` or `o` lines of the OBJ file: material nearest to its faces.
+    /// A name of `g` or `o` lines of the OBJ file: material nearest to its faces. Of a tetrahedral mesh a physical group of faces, or of tetrahedra: these.
     #[schemars(with = "Option<String>")]
     pub group: Option<Spanned<String>>,
     /// A channel of the vertex colours (`v x y z r g b`), 0 to 1; the nearest point of the surface counts.

@@ -3,7 +3,7 @@
 use super::ALLOWED;
 use crate::body::{Layer, factor_at};
 use crate::scene::{Channel, FieldScene, SceneError, Source};
-use crate::session::place::named_faces;
+use crate::session::place::{GroupPart, group_part};
 use crate::session::shared::SharedModel;
 use pliant_mesh::GreyImage;
 use pliant_mesh::read::read_text;
@@ -19,15 +19,14 @@ pub(super) struct SurfaceSource<'a> {
 }
 
 impl SurfaceSource<'_> {
-    /// One factor for the faces with a name.
+    /// One factor for the faces with a name, or of a tetrahedral mesh for the tetrahedra of a group.
     pub(super) fn group(&self, name: &Spanned<String>, factor: f64) -> Result<Layer, SceneError> {
-        let (document, surface) = (&self.shared.model.document, &self.shared.model.surface);
-        let faces = named_faces(name, self.source, document)?;
-        if !faces.contains(&true) {
-            let text = format!("group `{}` of the model has no faces", name.get_ref());
-            return Err(self.source.error(name.span(), text));
-        }
-        Ok(Layer::Triangles(surface.face_of.iter().map(|f| if faces[*f as usize] { factor } else { 1.0 }).collect()))
+        Ok(match group_part(name, self.source, &self.shared.model)? {
+            GroupPart::Triangles(all) => {
+                Layer::Triangles(all.into_iter().map(|is| if is { factor } else { 1.0 }).collect())
+            }
+            GroupPart::Tetrahedra(is_inside) => Layer::Tetrahedra { is_inside, factor },
+        })
     }
 
     /// Factors by a channel of the vertices' colours.
