@@ -4,7 +4,7 @@ use pliant_engine::body::RestChange;
 use pliant_engine::session::Session;
 use pliant_mesh::testing::Random;
 use pliant_plugin_api::abi;
-use pliant_solver::Vec3;
+use pliant_solver::{Pool, Vec3};
 use pliant_tests::bar::{FACTORS, STRAIN, energy, halves, open_bar};
 use pliant_tests::{Bench, NOW, box_scene, open, root};
 
@@ -229,7 +229,110 @@ fn directions_follow_the_shape_at_rest_and_come_back() {
     }
 }
 
-/// A press that keeps its dent, and a cut, of a body with fibres: threads and a replay give the same bytes, and the fibres matter.
+/// Everything that moves the first body, as bits: places, velocities, rest places, masses and the force of its elements.
+fn state(session: &mut Session) -> Vec<u64> {
+    let body = &mut session.bodies[0];
+    let mut force = vec![Vec3::zeros(); body.system.nodes.len()];
+    body.system.forces(&Pool::new(1), None, NOW, &mut force).expect("finite");
+    let nodes = &body.system.nodes;
+    let rows = [&nodes.rest, &nodes.x, &nodes.v, &force, &*body.skin.settled].into_iter().flatten().flatten();
+    rows.chain(&nodes.mass).map(|value| value.to_bits()).collect()
+}
+
+/// A block whose fibres are circles around z, with a hand on a path and an edit.
+fn edited(path: &str, tool: &str, edit: &str) -> Session {
+    let mut session = open(
+        &format!(
+            r#"
+            format = 1
+            [time]
+            duration = "1 s"
+            integrator = "backward-euler"
+            [[body]]
+            shape = {{ kind = "box", cells = 8, size = [0.04, 0.04, 0.04] }}
+            material = {{ plugin = "{MATERIAL}", params = {{ fibre-stiffness = 2e4, damping-time = "5 ms" }} }}
+            grid = {{ level = 4, region = "whole" }}
+            [[body.fibre]]
+            around = {{ axis = [0, 0, 1], point = [1e-3, 2e-3, 0] }}
+            [[body.fixed]]
+            box = [[-1, -1, -1], [1, 1, -0.019]]
+            [[device]]
+            name = "hand"
+            params = {{ path = {path} }}
+            [[tool]]
+            name = "tool"
+            device = "hand"
+            {tool}
+            [[edit]]
+            tool = "tool"
+            {edit}
+            "#
+        ),
+        1,
+    );
+    session.keep_history();
+    session
+}
+
+/// Requires that each cell of an undeformed body has the circle at its middle.
+fn assert_circles(session: &Session) {
+    for cell in directions(session).chunks(5) {
+        let middle = cell.iter().map(|(middle, _)| middle).sum::<Vec3>() / 5.0;
+        let circle = Vec3::z().cross(&(middle - Vec3::new(1e-3, 2e-3, 0.0))).normalize();
+        assert!(cell.iter().all(|(_, d)| (d - circle).norm() < 1e-9), "{middle:?}: {cell:?} instead of {circle:?}");
+    }
+}
+
+#[test]
+fn parts_of_cut_cells_have_the_fibres_of_their_cell_and_an_undo_is_exact() {
+    let mut session = edited(
+        "[[0.0, 0.0012, -0.03, 0.0], [0.05, 0.0012, 0.03, 0.0]]",
+        "radius = \"1 mm\"\nblade = { length = \"60 mm\", direction = [0, 0, 1] }",
+        "kind = \"cut\"\nend = \"0.06 s\"",
+    );
+    session.step();
+    let (before, elements) = (state(&mut session), directions(&session).len());
+    assert_circles(&session);
+    (0..80).for_each(|_| session.step());
+    assert!(directions(&session).len() > elements, "cells were cut");
+    assert_circles(&session);
+    let (cut, lines) = (state(&mut session), directions(&session));
+    assert!(session.undo());
+    assert_circles(&session);
+    assert_eq!(directions(&session).len(), elements);
+    assert!(before.len() < cut.len());
+    assert!(session.redo());
+    assert_eq!(directions(&session), lines);
+}
+
+#[test]
+fn a_dent_that_is_kept_takes_its_fibres_along_and_an_undo_is_exact() {
+    let mut session = edited(
+        "[[0.0, 0.004, 0.006, 0.026], [0.03, 0.004, 0.006, 0.016], [0.06, 0.004, 0.006, 0.016]]",
+        "radius = \"6 mm\"",
+        "kind = \"touch\"\nrelease = \"keep\"\nend = \"0.05 s\"",
+    );
+    let before = {
+        session.step();
+        directions(&session)
+    };
+    (0..48).for_each(|_| session.step());
+    let pressed = session.bodies[0].system.energy(NOW).expect("finite");
+    (0..4).for_each(|_| session.step());
+    let kept = session.bodies[0].system.energy(NOW).expect("finite");
+    assert!(pressed > 1e-6 && kept < 1e-9 * pressed, "{pressed} J, then {kept} J");
+    let after = directions(&session);
+    let turned = before.iter().zip(&after).map(|((_, a), (_, b))| (a - b).norm()).fold(0.0, f64::max);
+    assert!(turned > 0.05 && after.iter().all(|(_, d)| (d.norm() - 1.0).abs() < 1e-12), "{turned}");
+    let state_kept = state(&mut session);
+    assert!(session.undo());
+    assert_eq!(directions(&session), before);
+    assert!(session.redo());
+    assert_eq!(directions(&session), after);
+    assert!(state(&mut session) == state_kept, "made again to the bit");
+}
+
+/// A press of a body with fibres that keeps its dent: threads and a replay give the same bytes, and the fibres matter.
 #[test]
 fn threads_and_replays_give_the_same_bytes() {
     let scene = |fibres: &str| {
