@@ -116,7 +116,7 @@ class Scene:
             Factors of parameters of the material that differ from place to place, by the parameter's key: one for each vertex (n), 0.1 to 10,
             geometric between vertices. ``_`` stands for ``-``. Inside of a solid the nearest place of the surface counts.
         **keys
-            Other keys of ``[[body]]``: ``shape``, ``size``, ``scale``, ``position``, ``rotation``, ``grid``, ``sheet``, ``fixed``, ``field``,
+            Other keys of ``[[body]]``: ``shape``, ``size``, ``scale``, ``position``, ``rotation``, ``grid``, ``sheet``, ``fixed``, ``field``, ``fibre``,
             ``subdivide``.
 
         Examples

@@ -332,6 +332,24 @@ fn a_dent_that_is_kept_takes_its_fibres_along_and_an_undo_is_exact() {
     assert!(state(&mut session) == state_kept, "made again to the bit");
 }
 
+/// Substeps of an explicit integrator follow from frequencies at one place, which may be one without fibres.
+#[test]
+fn a_local_region_is_planned_for_fibres_wherever_they_are() {
+    let substeps = |fibres: &str, stiffness: f64| {
+        let material = format!("\"{MATERIAL}\", params = {{ fibre-stiffness = {stiffness} }}");
+        let text = box_scene("integrator = \"symplectic-euler\"", "", "").replace("\"mass-spring\"", &material);
+        open(
+            &text.replacen("[[device]]", &format!("[[body.fibre]]\ndirection = [0, 0, 1]\n{fibres}\n[[device]]"), 1),
+            1,
+        )
+        .choices
+        .substeps
+    };
+    let (whole, bare) = (substeps("", 1e5), substeps("", 0.0));
+    let ball = substeps("ball = [0, 0, 0.02]\nradius = 0.005", 1e5);
+    assert!(whole > bare && ball == whole, "{bare} without, {whole} with, {ball} with some");
+}
+
 /// A press of a body with fibres that keeps its dent: threads and a replay give the same bytes, and the fibres matter.
 #[test]
 fn threads_and_replays_give_the_same_bytes() {

@@ -64,6 +64,12 @@ impl Fibres {
         Self { entries, surface }
     }
 
+    /// The same with the lines of the first entry in the whole body: no part is without fibres.
+    pub fn everywhere(&self) -> Self {
+        let whole = |entry: &FibreEntry| FibreEntry { part: FibrePart::Whole, lines: entry.lines.clone() };
+        Self { entries: self.entries.first().map(whole).into_iter().collect(), surface: self.surface.clone() }
+    }
+
     /// The unit vector along the fibres at a point of the rest shape (m); zero where there are none.
     pub fn at(&self, point: Vec3) -> Vec3 {
         let FieldSurface { model, tree } = &self.surface;

@@ -10,6 +10,7 @@ use crate::tool::Tool;
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::{self, Ball};
 use pliant_solver::{ElementSet, Frequencies, Integrator, Pool, Preconditioner, Scheme, SpringRates, StepTime};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Squared frequency that the elastic layer of a contact adds to a surface node, relative to that of the body's fastest mode.
@@ -261,6 +262,11 @@ fn measure_body(body: &mut Body, pool: &Pool, dt: f64) -> Result<Measured, Sessi
     let centre = body.model.surface.points[body.model.surface.triangles[0][0] as usize];
     let Body { model, skin, system, discretization, fixings, .. } = body;
     // The fixings of a local region depend on its position; without them the frequencies are highest.
+    // The place may be one without fibres, and a stroke may go where they are.
+    let everywhere = discretization.lattice().filter(|l| !l.is_whole()).and_then(|l| l.fibres.as_ref());
+    let everywhere = everywhere.map(|fibres| Arc::new(fibres.everywhere()));
+    let fibres = discretization.lattice_mut().filter(|_| everywhere.is_some());
+    let fibres = fibres.and_then(|lattice| lattice.replace_fibres(everywhere));
     let held: &[Fixing] = if discretization.is_whole() { fixings } else { &[] };
     discretization.follow(&[Ball { centre: centre.into(), radius }], model, held, skin, system).map_err(of_body)?;
     let frequencies = Frequencies::of(system, pool)?;
@@ -273,6 +279,9 @@ fn measure_body(body: &mut Body, pool: &Pool, dt: f64) -> Result<Measured, Sessi
     let (nodes, elements) = (system.nodes.len(), system.elements());
     if !discretization.is_whole() {
         let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
+        if let Some(lattice) = discretization.lattice_mut().filter(|_| fibres.is_some()) {
+            lattice.replace_fibres(fibres);
+        }
         discretization.follow(&[], model, fixings, skin, system).map_err(of_body)?;
     }
     Ok(Measured { frequencies, mass, nodes, elements, seconds })

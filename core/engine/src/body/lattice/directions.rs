@@ -6,10 +6,18 @@
 
 use super::Lattice;
 use super::deformation::gradient_of_tetrahedron;
+use crate::body::fibres::Fibres;
 use pliant_plugin_api::abi;
 use pliant_solver::{System, Vec3};
+use std::sync::Arc;
 
 impl Lattice {
+    /// Gives the body other fibres, from the next region on, and returns those it had.
+    pub fn replace_fibres(&mut self, fibres: Option<Arc<Fibres>>) -> Option<Arc<Fibres>> {
+        self.direction_of_cell.clear();
+        std::mem::replace(&mut self.fibres, fibres)
+    }
+
     /// Gives the elements listed last their fibre directions, if they want any and the body has fibres.
     pub(in crate::body) fn list_directions(&mut self, system: &mut System) {
         let Some(fibres) = self.fibres.clone() else { return };
