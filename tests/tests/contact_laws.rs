@@ -130,6 +130,38 @@ fn friction_after_a_velocity_step_is_that_of_rate_and_state() {
     assert!(found[10_010] - found[9_990] > 0.5 * a * 10_f64.ln(), "the direct effect raises friction at first");
 }
 
+#[test]
+fn a_sheet_that_is_dragged_along_begins_to_slide_at_its_friction() {
+    // Held along one side and pressed by its weight: it sticks, stretches, and slides at what rate-and-state says for 10 mm/s.
+    for (id, params, steady, peak) in [
+        ("hunt-crossley", "stiffness = 1e5, friction = 0.6", 0.597, 0.6),
+        (
+            "rate-and-state",
+            "stiffness = 1e5, slip-distance = 5e-5",
+            0.6 - 0.005 * 1e4_f64.ln(),
+            0.6 + 0.01 * 1e4_f64.ln(),
+        ),
+    ] {
+        let held = "fixed = [{ box = [[0.0799, -1, -1], [1, 1, 1]] }]";
+        let path = "[[0, 0.04, 0.04, 0], [0.1, 0.04, 0.04, 0], [1.1, 0.03, 0.04, 0]]";
+        let text =
+            plane_on_sheet(held, path, &law(id, params), "duration = 1\ndt = 2e-4\nintegrator = \"backward-euler\"");
+        let text = text.replace("format = 1", "format = 1\ngravity = [0, 0, -9.81]");
+        let text =
+            text.replace("young-warp = 500", "young-warp = 50").replace("damping-time = 0", "damping-time = 1e-3");
+        let mut session = open(&text, 1);
+        let found = friction_of(&mut session, 3000);
+        let largest = found[500..].iter().copied().fold(0.0, f64::max);
+        // Of a sheet with five rows of vertices some slide before the others.
+        assert!(
+            (0.9 * peak..1.02 * peak).contains(&largest),
+            "{id}: it begins to slide at {largest}, not at most {peak}"
+        );
+        let last = found[2999];
+        assert!((last - steady).abs() < 2e-3, "{id}: it slides at {last}, not at {steady}");
+    }
+}
+
 /// A random press: a ball or plane with a law on a sheet or solid.
 struct Press {
     text: String,

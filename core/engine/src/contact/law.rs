@@ -68,6 +68,10 @@ struct LawPoint {
     slip: [f64; 2],
     /// Energy it has taken up along the normal and not given out, J.
     energy: f64,
+    /// Magnitude of the friction at the end of the last step, N.
+    friction: f64,
+    /// Slip rate that the law is asked for, m/s.
+    expected: [f64; 2],
     /// Whether the contact begins in this step.
     is_new: bool,
     force: LawForce,
@@ -75,6 +79,10 @@ struct LawPoint {
 
 /// Speed below which slip is not told from rest, m/s: at 10 nm/s the friction of a law that is regularised at smaller speeds is a damper.
 const SLOWEST_SLIP: f64 = 1e-8;
+/// Largest number of slip rates at which a law is asked in a step.
+const LOOKS: usize = 8;
+/// Friction, relative to that of the last step, by which a point may bear more than the law gives.
+const SMALL_FRICTION: f64 = 1e-3;
 /// Halvings in the search for a push that gives out the energy that there is.
 const BISECTIONS: usize = 30;
 
@@ -149,13 +157,17 @@ impl LawContacts {
             return Ok(());
         }
         self.set_histories();
-        for (with_slip, out) in [false, true].into_iter().zip(&mut self.tractions) {
-            for (i, point) in self.points.iter().enumerate() {
-                let rate = if with_slip { point.expected_slip_rate() } else { [0.0; 2] };
-                let gap = point.near.gap + time.dt * point.near.velocity.dot(&point.near.normal);
-                point.set_state(&mut self.states, i, gap, point.gap_rate(point.near.velocity), rate, time.dt);
+        self.ask(false, time)?;
+        self.points.iter_mut().for_each(|point| point.expected = point.slip_rate(point.near.velocity));
+        for look in 0..LOOKS {
+            self.points.iter_mut().for_each(LawPoint::leave_rest);
+            self.ask(true, time)?;
+            let sliding = &self.tractions[1];
+            let raise = |(i, point): (usize, &mut LawPoint)| point.raise_speed(i, sliding, time.dt);
+            if look + 1 == LOOKS || self.points.iter_mut().enumerate().map(raise).filter(|raised| *raised).count() == 0
+            {
+                break;
             }
-            self.law.tractions(&self.states, time.start, time.dt, out)?;
         }
         let [rest, sliding] = &self.tractions;
         let is_passive = !self.law.is_adhesive();
@@ -163,6 +175,16 @@ impl LawContacts {
             point.set_force(i, rest, sliding, [is_passive, self.is_explicit], time.dt);
         }
         Ok(())
+    }
+
+    /// Asks the law for the tractions at the end of a step, without slip or at the expected slip rates.
+    fn ask(&mut self, with_slip: bool, time: StepTime) -> Result<(), HostError> {
+        for (i, point) in self.points.iter().enumerate() {
+            let rate = if with_slip { point.expected } else { [0.0; 2] };
+            let gap = point.near.gap + time.dt * point.near.velocity.dot(&point.near.normal);
+            point.set_state(&mut self.states, i, gap, point.gap_rate(point.near.velocity), rate, time.dt);
+        }
+        self.law.tractions(&self.states, time.start, time.dt, &mut self.tractions[usize::from(with_slip)])
     }
 
     /// The points in contact and the force at each.
@@ -183,8 +205,10 @@ impl LawContacts {
         for (i, point) in self.points.iter_mut().enumerate() {
             let (moved, velocity) = ended(i);
             let (gap_rate, rate) = (point.gap_rate(velocity), point.slip_rate(velocity));
-            let push = point.force.at(moved, velocity).dot(&point.near.normal);
+            let force = point.force.at(moved, velocity);
+            let push = force.dot(&point.near.normal);
             point.energy -= push * gap_rate * time.dt;
+            point.friction = (force - push * point.near.normal).norm();
             let gap = point.near.gap + moved.dot(&point.near.normal);
             point.set_state(&mut self.states, i, gap, gap_rate, rate, time.dt);
             point.slip = [0, 1].map(|axis| point.slip[axis] + time.dt * rate[axis]);
@@ -207,6 +231,11 @@ impl LawContacts {
     }
 }
 
+/// Length of a vector of the tangent plane.
+fn norm([u, v]: [f64; 2]) -> f64 {
+    (u * u + v * v).sqrt()
+}
+
 /// Index of the point with a key.
 fn find(points: &[LawPoint], key: u32) -> Option<usize> {
     points.binary_search_by_key(&key, |point| point.near.key).ok()
@@ -220,8 +249,9 @@ impl LawPoint {
         let least = n.iamin();
         let other = Vec3::from_fn(|i, _| if i == least { 1.0 } else { 0.0 });
         let axis = old.and_then(|old| along(old.axis)).or_else(|| along(other)).unwrap_or_else(Vec3::x);
-        let (slip, energy) = old.map_or(([0.0; 2], 0.0), |old| (old.slip, old.energy));
-        Self { near, axis, slip, energy, is_new: old.is_none(), force: LawForce::default() }
+        let (slip, energy, friction) = old.map_or(([0.0; 2], 0.0, 0.0), |old| (old.slip, old.energy, old.friction));
+        let (expected, force) = ([0.0; 2], LawForce::default());
+        Self { near, axis, slip, energy, friction, expected, is_new: old.is_none(), force }
     }
 
     /// Rate of the gap where the body has this velocity, m/s.
@@ -239,17 +269,36 @@ impl LawPoint {
         self.axes().map(|axis| (velocity - self.near.drive).dot(&axis))
     }
 
-    /// Slip rate that the law is asked for: that of the body as it moves, or [`SLOWEST_SLIP`].
-    fn expected_slip_rate(&self) -> [f64; 2] {
-        let rate @ [u, v] = self.slip_rate(self.near.velocity);
-        let speed = (u * u + v * v).sqrt();
-        if speed >= SLOWEST_SLIP {
-            rate
-        } else if speed > 0.0 {
-            rate.map(|c| c * (SLOWEST_SLIP / speed))
-        } else {
-            [SLOWEST_SLIP, 0.0]
+    /// Makes an expected slip rate below [`SLOWEST_SLIP`] that fast.
+    fn leave_rest(&mut self) {
+        let speed = norm(self.expected);
+        if speed < SLOWEST_SLIP {
+            let along = if speed > 0.0 { self.expected.map(|c| c / speed) } else { [1.0, 0.0] };
+            self.expected = along.map(|c| c * SLOWEST_SLIP);
         }
+    }
+
+    /// Raises the expected slip rate of point number `i`, by a Newton step along it, where the body bore more friction in the last step than the law gives
+    /// at that rate: what begins to slide would otherwise be held by the friction of slower slips. Not above the speed of the tool. Returns whether it
+    /// was raised.
+    fn raise_speed(&mut self, i: usize, sliding: &Tractions, dt: f64) -> bool {
+        let (speed, count) = (norm(self.expected), sliding.normal.len());
+        let along = self.expected.map(|c| c / speed);
+        let drive = self.near.drive - self.near.drive.dot(&self.near.normal) * self.near.normal;
+        let friction: f64 = (0..2).map(|a| -self.near.area * sliding.tangential[a * count + i] * along[a]).sum();
+        let missing = self.friction - friction;
+        if missing <= SMALL_FRICTION * self.friction || speed >= drive.norm() {
+            return false;
+        }
+        let entry = |e: usize| {
+            let [by_slip, by_rate] = [&sliding.tangential_by_slip, &sliding.tangential_by_slip_rate];
+            by_rate[e * count + i] + dt * by_slip[e * count + i]
+        };
+        let slope: f64 = (0..4).map(|e| -self.near.area * entry(e) * along[e / 2] * along[e % 2]).sum();
+        let step = missing / slope;
+        let next = if step.is_finite() && step > 0.0 { (speed + step).min(drive.norm()) } else { drive.norm() };
+        self.expected = along.map(|c| c * next);
+        true
     }
 
     /// Writes the state of point number `i` at the end of a step of `dt` (s): gap (m), gap rate and slip rate (m/s).
@@ -283,7 +332,7 @@ impl LawPoint {
         }
         let share = if is_passive { self.passive_share([push, stiffness, damping], dt) } else { 1.0 };
         (push, stiffness, damping) = (share * push, share * stiffness, share * damping);
-        let rate @ [u, v] = self.expected_slip_rate();
+        let rate @ [u, v] = self.expected;
         let at_rest = [0, 1].map(|a| area * rest.tangential[a * count + i]);
         let change = [0, 1].map(|a| area * sliding.tangential[a * count + i] - at_rest[a]);
         let drag = (-(change[0] * u + change[1] * v) / (u * u + v * v)).max(0.0);
