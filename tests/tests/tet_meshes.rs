@@ -208,12 +208,12 @@ fn the_mesh_of_the_shipped_scene_is_generated() {
 
 /// A scene in which a hand presses on the top of the free end and lets go, at half a second undone.
 fn pressed(more: &str) -> String {
-    let hand = "[[device]]\nname = \"hand\"\nframe = { origin = [0.05, 0.01, 0.02] }\nparams = { path = [[0, 0, 0, 0.01], [0.1, 0, 0, 0], [0.2, 0, 0, 0], [0.3, 0, 0, \
+    let hand = "[[device]]\nname = \"hand\"\nframe = { origin = [-0.01, 0.05, 0.02] }\nparams = { path = [[0, 0, 0, 0.01], [0.1, 0, 0, 0], [0.2, 0, 0, 0], [0.3, 0, 0, \
                 0.02]] }\n[[tool]]\nname = \"finger\"\ndevice = \"hand\"\nradius = \"4 mm\"\n[[edit]]\ntool = \"finger\"\n";
     let text = scene(
         "dt = 2e-3\nduration = 0.6\nintegrator = \"backward-euler\"",
         "neo-hookean",
-        "[[body.fixed]]\ngroup = \"low end\"",
+        "scale = 0.001\nrotation = { axis = [0, 0, 1], angle = \"90 deg\" }\n[[body.fixed]]\ngroup = \"low end\"",
         "",
     );
     text.replace("damping-time = 0 ", "damping-time = 0.01 ") + hand + more
@@ -222,7 +222,8 @@ fn pressed(more: &str) -> String {
 #[test]
 fn a_body_of_tetrahedra_is_touched_kept_undone_recorded_and_written() {
     let bench = Bench::new();
-    let mesh = TetBox::new([12, 4, 4], [0.06, 0.02, 0.02], 0.12, 5).shuffled(5);
+    // In mm, and along y in the scene.
+    let mesh = TetBox::new([12, 4, 4], [60.0, 20.0, 20.0], 0.12, 5).shuffled(5);
     bench.write("box.msh", mesh.bytes(TetFormat::Msh4Binary));
     let touch = "kind = \"touch\"\nend = 0.15\nrelease = \"keep\"\n";
     bench.write("kept.toml", pressed(touch));
@@ -254,11 +255,11 @@ fn a_body_of_tetrahedra_is_touched_kept_undone_recorded_and_written() {
     assert!(vtk.points == mesh.points && vtk.tetrahedra == mesh.tetrahedra, "the mesh of the file");
     // The surface is where the nodes are.
     for (vertex, node) in vtk.vertices().iter().map(|node| *node as usize).enumerate() {
-        assert!((obj.positions()[vertex] - vtk.points[node] - moved[node]).norm() < 1e-12);
+        assert!((obj.positions()[vertex] - vtk.points[node] - moved[node]).norm() < 1e-10);
     }
     let depth = |moved: &[Vec3]| moved.iter().map(|u| u.norm()).fold(0.0, f64::max);
-    assert!(depth(&moved) > 1e-3, "a dent stays: {}", depth(&moved));
-    assert!(depth(&read("undone").2) < 1e-5, "the undone shape is that of the file: {}", depth(&read("undone").2));
+    assert!(depth(&moved) > 1.0, "a dent stays: {}", depth(&moved));
+    assert!(depth(&read("undone").2) < 1e-2, "the undone shape is that of the file: {}", depth(&read("undone").2));
     let force = bench.summary("kept")["largest_force"].as_f64().unwrap();
     assert!((0.05..3.0).contains(&force), "{force} N");
     // A mesh goes through `final.vtk` into another scene.
@@ -266,7 +267,7 @@ fn a_body_of_tetrahedra_is_touched_kept_undone_recorded_and_written() {
         "next.toml",
         pressed(touch)
             .replace("box.msh", "kept/final.vtk")
-            .replace("group = \"low end\"", "box = [[-1, -1, -1], [1e-9, 1, 1]]"),
+            .replace("group = \"low end\"", "box = [[-1, -1, -1], [1, 1e-9, 1]]"),
     );
     bench.pliant(&["run", "next.toml", "-q", "--out", "next"]).expect(0);
 }
@@ -302,7 +303,12 @@ fn groups_and_numbers_of_the_file_select_its_parts() {
     assert!((mass("group = \"body\"\nfactor = 3") - 3.0).abs() < 1e-12);
     // Half of the box, up to one cell.
     let half = mass("box = [[-1, -1, -1], [0.02, 1, 1]]\nfactor = 3");
-    assert!((half - 2.0).abs() < 0.3, "{half}");
+    // A node's mass is that of its shares of the tetrahedra, whose densities are those at their middles.
+    let six = |t: &[u32; 4]| TetMesh::six_volumes(&mesh.points, *t);
+    let middle = |t: &[u32; 4]| t.iter().map(|node| mesh.points[*node as usize].x).sum::<f64>() / 4.0;
+    let all: f64 = mesh.tetrahedra.iter().map(|t| six(t) * if middle(t) < 0.02 { 3.0 } else { 1.0 }).sum();
+    let exact = all / mesh.tetrahedra.iter().map(six).sum::<f64>();
+    assert!((half / exact - 1.0).abs() < 1e-12, "{half}, exact {exact}");
     let ends = mass("group = \"low end\"\nfactor = 3");
     assert!(1.05 < ends && ends < 2.0, "material nearest to the faces: {ends}");
 }

@@ -8,7 +8,7 @@ use pliant_engine::plan::Plan;
 use pliant_engine::scene::{self, Scene, Source};
 use pliant_engine::session::{Options, Session};
 use pliant_host::{AllowedFolders, Device, Library, PluginKind, SearchPath};
-use pliant_mesh::{ObjDocument, Surface};
+use pliant_mesh::{ObjDocument, Surface, TetMesh};
 use std::path::{Path, PathBuf};
 use toml_edit::DocumentMut;
 
@@ -169,6 +169,10 @@ pub fn open(request: &OpenRequest) -> Result<Opened, String> {
 /// The text of the scene of a model.
 fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let file = request.shape.as_ref().unwrap_or(&request.path);
+    if TetMesh::is_name(&file.to_string_lossy()) {
+        let text = "a tetrahedral mesh is opened by a scene (.toml) that names it as the `mesh` of a body; allowed here is an OBJ file";
+        return Err(format!("{}: {text}", file.display()));
+    }
     let document = ObjDocument::read(file).map_err(|error| error.to_string())?;
     let surface = Surface::from_document(&document);
     let bounds = surface.bounds();

@@ -123,9 +123,8 @@ fn transfer(
     let count = change.nodes.len();
     let mut covered = vec![false; count];
     brush.nodes.iter().for_each(|n| covered[*n as usize] = true);
-    let cells = &lattice.region().cell_corners;
-    let near: Vec<(u32, [u32; 8])> =
-        brush.cells(lattice).into_iter().map(|cell| (cell, cells[cell as usize])).collect();
+    let cells = brush.cells(lattice).into_iter();
+    let near: Vec<(u32, Vec<u32>)> = cells.map(|cell| (cell, lattice.distinct_corners(cell).to_vec())).collect();
     let mut total = vec![0.0; count];
     let find = |v: u32| moves.binary_search_by_key(&v, |(of, _)| *of).ok().map(|at| moves[at].1);
     for (cell, corners) in &near {
@@ -145,7 +144,7 @@ fn transfer(
     for _ in 0..EXTENSION_SWEEPS {
         let (mut sums, mut counts) = (vec![Vec3::zeros(); count], vec![0.0; count]);
         for (_, corners) in &near {
-            let mean = corners.iter().map(|n| change.nodes[*n as usize]).sum::<Vec3>() / 8.0;
+            let mean = corners.iter().map(|n| change.nodes[*n as usize]).sum::<Vec3>() / corners.len() as f64;
             for &n in corners.iter().filter(|n| covered[**n as usize] && !on_surface[**n as usize]) {
                 sums[n as usize] += mean;
                 counts[n as usize] += 1.0;

@@ -52,10 +52,11 @@ pub struct TetMesh {
 }
 
 impl TetMesh {
-    /// Whether a file name has the ending of a tetrahedral mesh, `.msh` or `.vtk`, in small or large letters.
+    /// Whether a file name has the ending of a tetrahedral mesh, `.msh`, `.vtk` or `.vtu`, in small or large letters. The last one is not read, and the error of
+    /// [`TetMesh::read`] says so.
     pub fn is_name(name: &str) -> bool {
         let ending = Path::new(name).extension().map(|ending| ending.to_ascii_lowercase());
-        ending.is_some_and(|ending| ending == "msh" || ending == "vtk")
+        ending.is_some_and(|ending| ["msh", "vtk", "vtu"].iter().any(|known| ending == *known))
     }
 
     /// Reads the mesh at `path`, a regular file of at most [`MODEL_LIMIT`] bytes.

@@ -15,19 +15,21 @@ use std::sync::Arc;
 struct Mean {
     /// By plane, the field of one parameter.
     sum: Vec<f64>,
-    count: f64,
+    /// Sum of their weights.
+    total: f64,
 }
 
 impl Mean {
-    fn add(&mut self, factors: &[f64]) {
+    /// Adds the factors of a cell with a weight.
+    fn add(&mut self, factors: &[f64], weight: f64) {
         self.sum.resize(factors.len(), 0.0);
-        self.sum.iter_mut().zip(factors).for_each(|(sum, factor)| *sum += factor);
-        self.count += 1.0;
+        self.sum.iter_mut().zip(factors).for_each(|(sum, factor)| *sum += weight * factor);
+        self.total += weight;
     }
 
     /// The mean factor of one parameter; 1 if none was added.
     fn of(&self, plane: usize) -> f64 {
-        self.sum.get(plane).map_or(1.0, |sum| sum / self.count)
+        self.sum.get(plane).map_or(1.0, |sum| sum / self.total)
     }
 }
 
@@ -63,8 +65,9 @@ impl Lattice {
             .collect();
         let planes = cells.first().map_or(0, |factors| factors.len());
         let mut of_node = vec![Mean::default(); self.region.node_id.len()];
-        for (corners, factors) in self.region.cell_corners.iter().zip(&cells) {
-            corners.iter().for_each(|n| of_node[*n as usize].add(factors));
+        for (cell, factors) in (0..self.region.cell_id.len() as u32).zip(&cells) {
+            let weight = self.cell_share(cell);
+            self.distinct_corners(cell).iter().for_each(|n| of_node[*n as usize].add(factors, weight));
         }
         let links = system.sets.iter().any(|set| set.request().kind == abi::LINK);
         let of_link = if links { self.factors_of_links(&cells) } else { HashMap::new() };
@@ -89,6 +92,17 @@ impl Lattice {
         }
     }
 
+    /// Corners of an active cell, each once.
+    pub fn distinct_corners(&self, cell: u32) -> &[u32] {
+        let corners = &self.region.cell_corners[cell as usize];
+        if self.source.plugin().is_some() { corners } else { &corners[..4] }
+    }
+
+    /// Weight of an active cell among those around a node: cubes are equal, tetrahedra have their volume, so that masses are those of their parts.
+    fn cell_share(&self, cell: u32) -> f64 {
+        self.source.tetrahedra().map_or(1.0, |cells| cells.volume(self.region.cell_id[cell as usize] as u32))
+    }
+
     /// Middle of an active cell in the undeformed grid, m.
     pub(super) fn cell_centre(&self, cell: u32) -> Vec3 {
         let corners = self.region.cell_corners[cell as usize];
@@ -104,7 +118,7 @@ impl Lattice {
         for (corners, factors) in self.region.cell_corners.iter().zip(cells) {
             for (i, &a) in corners.iter().enumerate() {
                 for &b in &corners[i + 1..] {
-                    of_link.entry([a.min(b), a.max(b)]).or_default().add(factors);
+                    of_link.entry([a.min(b), a.max(b)]).or_default().add(factors, 1.0);
                 }
             }
         }

@@ -156,7 +156,11 @@ impl Lattice {
     ) -> Result<bool, LatticeError> {
         let cells = self.region.cell_id.iter().copied().zip(self.region.cell_corners.iter().copied());
         let place = |_, middle| layer.as_ref().map_or(Some(middle), |layer| layer.point_over(middle, self.facts.edge));
-        let mut cells = ball.weights(cells, &system.nodes.rest, place, weight);
+        let rest = &system.nodes.rest;
+        let mut cells = match self.source.plugin() {
+            Some(_) => ball.weights(cells, rest, place, weight),
+            None => ball.weights(cells.map(|(id, [a, b, c, d, ..])| (id, [a, b, c, d])), rest, place, weight),
+        };
         // Fragments of a cell have the factor of the cell.
         cells.dedup_by_key(|(id, _)| *id);
         if !Arc::make_mut(&mut self.paint.factors).approach(cells.into_iter(), planes, change) {

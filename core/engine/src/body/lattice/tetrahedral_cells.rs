@@ -1,7 +1,7 @@
 //! The tetrahedra of a file as cells of a lattice.
 //!
-//! A lattice knows cells of eight corners and weights at them. A tetrahedron is such a cell whose last four corners repeat the fourth and have no weight; the
-//! others have its barycentric coordinates. So a surface, contact, fields and paint need not know which cells they are in.
+//! A lattice knows cells of eight corners and weights at them. A tetrahedron is such a cell whose last four corners repeat others and have no weight; the
+//! first four have its barycentric coordinates. So a surface, contact, fields and paint need not know which cells they are in.
 
 use pliant_host::Region;
 use pliant_mesh::geometry::TriangleTree;
@@ -11,6 +11,9 @@ use pliant_solver::Vec3;
 
 /// How far a point may be outside of a tetrahedron and still be embedded in it, in barycentric coordinates: samples of a bent surface lie a little outside of it.
 const BEYOND: f64 = 0.1;
+
+/// Barycentric coordinates below which a point is on a face: far above their rounding, far below what can be seen.
+const ROUNDING: f64 = 1e-10;
 
 /// A tetrahedral mesh placed in the scene. Cell i is tetrahedron i of the file, node i its node i.
 pub struct TetrahedralCells {
@@ -130,7 +133,10 @@ impl TetrahedralCells {
         let (u, v, w, p) = (b - a, c - a, d - a, point - a);
         let six_volumes = u.dot(&v.cross(&w));
         let [x, y, z] = [p.dot(&v.cross(&w)), p.dot(&w.cross(&u)), p.dot(&u.cross(&v))].map(|part| part / six_volumes);
-        [1.0 - x - y - z, x, y, z]
+        // At a node, on an edge or on a face the others have no weight at all, not one of rounding.
+        let weights = [1.0 - x - y - z, x, y, z].map(|weight| if weight.abs() < ROUNDING { 0.0 } else { weight });
+        let sum: f64 = weights.iter().sum();
+        weights.map(|weight| weight / sum)
     }
 
     /// Cells, with the barycentric coordinates there, of rest positions (m, p x 3), as those of a grid: [`abi::NO_CELL`] and zeros outside of all cells.
@@ -180,13 +186,19 @@ impl TetrahedralCells {
         for cell in (0..self.volume.len()).filter(|cell| is_selected[*cell]) {
             let [a, b, c, d] = self.mesh.tetrahedra[cell].map(|node| number[node as usize]);
             out.cell_id.push(cell as u64);
-            out.cell_corners.push([a, b, c, d, d, d, d, d]);
+            // Along the edges of a cube this order has all six edges of the tetrahedron, which viewers draw.
+            out.cell_corners.push([a, b, c, d, d, c, d, d]);
             out.cell_points.push([self.starts[cell], self.starts[cell + 1]]);
             let state = if self.is_outer[cell] { abi::CELL_SURFACE } else { abi::CELL_INSIDE };
             out.cell_state.push(state as u8);
         }
         out.node_copy.resize(out.node_id.len(), 0);
         out.cell_fragment.resize(out.cell_id.len(), 0);
+    }
+
+    /// Volume of a cell, m^3.
+    pub fn volume(&self, cell: u32) -> f64 {
+        self.volume[cell as usize]
     }
 
     /// Estimate of the memory, bytes: the largest arrays.
