@@ -419,7 +419,8 @@ typedef struct pliant_grid {
 typedef struct pliant_contact_request {
   size_t size;
   uint32_t flags;          /* PLIANT_ADHESIVE */
-  uint32_t history_stride; /* doubles of history per contact point; the host owns, copies and saves them; zero where a contact begins */
+  uint32_t history_stride; /* at most 64 doubles of history per contact point; the host owns them as long as the contact lasts; zero where it begins. An undo
+                            * or a restored state of a body begins its contacts anew. */
   double reach;            /* m, the largest gap at which the law has a traction; 0 for a law of surfaces that touch */
 } pliant_contact_request;
 
@@ -438,7 +439,7 @@ typedef struct pliant_contact_batch { /* one call: contact points [begin, end) *
 
 typedef struct pliant_traction {   /* results; the values of points outside of [begin, end) may not be written */
   size_t size;
-  double *normal;                  /* (m) Pa; positive pushes the two apart */
+  double *normal;                  /* (m) Pa; positive pushes the two apart; does not depend on slip */
   double *normal_by_gap;           /* (m) Pa/m, derivative of normal */
   double *normal_by_gap_rate;      /* (m) Pa s/m */
   double *tangential;              /* (2 x m) Pa, plane-major; friction is opposite to slip_rate */

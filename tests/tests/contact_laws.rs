@@ -162,6 +162,37 @@ fn a_sheet_that_is_dragged_along_begins_to_slide_at_its_friction() {
     }
 }
 
+#[test]
+fn friction_of_explicit_steps_stops_what_slides_and_never_turns_it_around() {
+    for (id, params) in [
+        ("hunt-crossley", "stiffness = 1e4, friction = 0.6, stick-speed = 1e-6"),
+        ("rate-and-state", "stiffness = 1e4, slip-distance = 5e-5"),
+    ] {
+        for substeps in [1, 8, 40] {
+            let time = format!("duration = 1\ndt = 5e-5\nsubsteps = {substeps}\nintegrator = \"symplectic-euler\"");
+            let path = "[[0, 0.04, 0.04, 0], [1, 0.04, 0.04, 0]]";
+            let text = plane_on_sheet("position = [0, 0, -1.4715e-4]", path, &law(id, params), &time);
+            let text = text
+                .replace("format = 1", "format = 1\ngravity = [0, 0, -9.81]")
+                .replace("young-warp = 500", "young-warp = 5");
+            let mut session = open(&text, 1);
+            session.bodies[0].system.nodes.v.fill(Vec3::new(0.02, 0.0, 0.0));
+            let mut last = 0.02;
+            for step in 0..200 {
+                session.step();
+                let now = mean_velocity(&session)[0];
+                assert!(
+                    now <= last + 1e-9 && now > -1e-6,
+                    "{id}, {substeps} substeps, step {step}: {last} then {now} m/s"
+                );
+                last = now;
+            }
+            // 0.6 g of deceleration take 3.4 ms.
+            assert!(last < 1e-5, "{id}, {substeps} substeps: {last} m/s are left after 10 ms");
+        }
+    }
+}
+
 /// A random press: a ball or plane with a law on a sheet or solid.
 struct Press {
     text: String,

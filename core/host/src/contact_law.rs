@@ -180,12 +180,11 @@ impl ContactLaw {
     /// Fails with the law's message, and for a history that is not finite.
     pub fn advance(&self, states: &mut ContactStates, time: f64, dt: f64) -> Result<(), HostError> {
         let Some(call) = self.table.advance.filter(|_| self.history_stride() > 0) else { return Ok(()) };
-        let mut history = std::mem::take(&mut states.history);
-        let batch = abi::ContactBatch { history: history.as_ptr(), ..self.batch(states, time, dt) };
-        let to = history.as_mut_ptr();
+        let batch = self.batch(states, time, dt);
+        let to = states.history.as_mut_ptr();
+        let batch = abi::ContactBatch { history: to, ..batch };
         // SAFETY: [sim & active]; `to` has as many values as the batch's history, as the header allows the same ones.
         let done = self.instance.run("advance", || unsafe { call(self.instance.plugin(), &batch, to) });
-        states.history = history;
         done?;
         if states.history.iter().all(|h| h.is_finite()) {
             return Ok(());
@@ -201,7 +200,7 @@ impl ContactLaw {
             states.gap_rate.len() == m && states.area.len() == m && planes.iter().all(|array| array.len() == 2 * m),
             "one state for each point"
         );
-        assert!(states.history.is_empty() || states.history.len() == stride * m, "one history for each point");
+        assert_eq!(states.history.len(), stride * m, "one history for each point");
         abi::ContactBatch {
             size: size_of::<abi::ContactBatch>(),
             begin: 0,

@@ -16,13 +16,8 @@ pub struct Normal {
 pub const STIFFNESS: Param =
     Param::number(c"stiffness", c"Pa/m^n", (1.0, 1e20), 1e7, c"normal traction over the n-th power of the overlap");
 /// Declaration of `exponent`.
-pub const EXPONENT: Param = Param::number(
-    c"exponent",
-    c"1",
-    (1.0, 3.0),
-    1.0,
-    c"exponent n of the overlap; 1: a layer of springs (Winkler), whose sum over a ball's contact is that of Hertz",
-);
+pub const EXPONENT: Param =
+    Param::number(c"exponent", c"1", (1.0, 3.0), 1.0, c"exponent n of the overlap; 1: a layer of springs (Winkler)");
 /// Declaration of `dissipation`.
 pub const DISSIPATION: Param = Param::number(
     c"dissipation",

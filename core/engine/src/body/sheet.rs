@@ -1,6 +1,7 @@
 //! A sheet: a body simulated on its own mesh. Vertices are the nodes; triangles, edges and hinges are the elements. For cloth and other
 //! thin shells.
 
+use super::failed_triangles::FailedTriangles;
 use super::fields::Fields;
 use super::fixing::Fixing;
 use super::lattice::{DrivenNode, LatticeError, check_mass, constrain_fixed, drive_fixed};
@@ -299,9 +300,10 @@ impl Sheet {
         nearest_triangle(&skin.tree, model, &skin.settled, point, [self.edge, 1e6 * self.edge])
     }
 
-    /// Adds a third of the area of each triangle at rest to each of its nodes, m^2 (n).
-    pub fn add_node_areas(&self, model: &Model, areas: &mut [f64]) {
-        for (triangle, vertices) in model.surface.triangles.iter().enumerate() {
+    /// Adds a third of the area at rest of each triangle that has not failed to each of its nodes, m^2 (n).
+    pub fn add_node_areas(&self, model: &Model, failed: &FailedTriangles, areas: &mut [f64]) {
+        let triangles = model.surface.triangles.iter().enumerate();
+        for (triangle, vertices) in triangles.filter(|(triangle, _)| !failed.contains(*triangle as u32)) {
             let [a, b, c] = vertices.map(|v| model.surface.points[v as usize]);
             let third = (b - a).cross(&(c - a)).norm() / 6.0;
             self.nodes_of(model, triangle as u32).into_iter().for_each(|node| areas[node as usize] += third);

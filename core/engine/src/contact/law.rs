@@ -4,7 +4,7 @@
 //! model is the tangent there, which is exact to second order. Along the surface it is a secant: from the traction without slip to the one with the
 //! slip of that state, so whatever the slip is at the end, friction opposes it. A tangent of a friction that hardly grows with the speed would not.
 //!
-//! Summed over a contact, a law that does not attract gives out no more energy than it has taken up (passivity observer and controller: Hannaford and
+//! At each point a law that does not attract gives out no more energy along the normal than it has taken up there (passivity observer and controller: Hannaford and
 //! Ryu 2002), so an error of the time step cannot make it a source.
 
 use pliant_host::{ContactLaw, ContactStates, HostError, Tractions};
@@ -16,6 +16,8 @@ pub struct LawContacts {
     law: Arc<ContactLaw>,
     /// Whether steps are explicit, so that friction may at most stop what slides.
     pub is_explicit: bool,
+    /// Gap up to which a contact lasts beyond the law's reach, m.
+    pub margin: f64,
     /// Contact points of this step, by ascending key.
     points: Vec<LawPoint>,
     /// Histories of `points`, one after the other.
@@ -43,8 +45,10 @@ pub struct NearPoint {
     pub drive: Vec3,
     /// Area of the undeformed surface it stands for, m^2.
     pub area: f64,
-    /// Inverse of the effective mass of the body, 1/kg; 0 where it is held.
+    /// Inverse of the effective mass of the body along the normal, 1/kg; 0 where it is held.
     pub compliance: f64,
+    /// Mass of the body at the point, kg.
+    pub mass: f64,
 }
 
 /// Force on a body at a contact point: `force - stiffness (x - x0) - damping v`, x0 its position at the beginning of the step.
@@ -83,6 +87,8 @@ const SLOWEST_SLIP: f64 = 1e-8;
 const LOOKS: usize = 8;
 /// Friction, relative to that of the last step, by which a point may bear more than the law gives.
 const SMALL_FRICTION: f64 = 1e-3;
+/// Gap, in length scales of the tool, up to which a contact lasts beyond the law's reach.
+pub const LAW_MARGIN: f64 = 0.01;
 /// Halvings in the search for a push that gives out the energy that there is.
 const BISECTIONS: usize = 30;
 
@@ -92,6 +98,7 @@ impl LawContacts {
         Self {
             law,
             is_explicit: false,
+            margin: 0.0,
             points: Vec::new(),
             histories: Vec::new(),
             previous: (Vec::new(), Vec::new()),
@@ -116,10 +123,10 @@ impl LawContacts {
         find(&self.points, key).map(|at| self.points[at].near.normal)
     }
 
-    /// Whether the law acts at a point in a step of `dt` (s): within its reach at the end of the step, or in contact up to `margin` (m) beyond it.
-    pub fn is_near(&self, near: &NearPoint, margin: f64, dt: f64) -> bool {
+    /// Whether the law acts at a point in a step of `dt` (s): within its reach at the end of the step, or in contact up to the margin beyond it.
+    pub fn is_near(&self, near: &NearPoint, dt: f64) -> bool {
         let end = near.gap + dt * near.velocity.dot(&near.normal);
-        end < self.law.reach() || (near.gap < self.law.reach() + margin && find(&self.points, near.key).is_some())
+        end < self.law.reach() || (near.gap < self.law.reach() + self.margin && find(&self.points, near.key).is_some())
     }
 
     /// Begins a step with these points, which have ascending keys. Other points are no longer in contact.
@@ -217,6 +224,12 @@ impl LawContacts {
         let count = self.points.len();
         for (i, value) in self.histories.iter_mut().enumerate() {
             *value = self.states.history[(i % stride) * count + i / stride];
+        }
+        // Points that a search keeps although they are apart begin anew when they meet.
+        let apart = self.law.reach() + self.margin;
+        for (i, point) in self.points.iter_mut().enumerate().filter(|(i, _)| self.states.gap[*i] > apart) {
+            (point.slip, point.energy, point.friction) = ([0.0; 2], 0.0, 0.0);
+            self.histories[stride * i..stride * (i + 1)].fill(0.0);
         }
         Ok(())
     }
@@ -330,17 +343,18 @@ impl LawPoint {
             let depth = -(gap + dt * drive.dot(&normal));
             self.energy = depth.max(0.0) * push.max(0.0);
         }
-        let share = if is_passive { self.passive_share([push, stiffness, damping], dt) } else { 1.0 };
+        let share = if is_passive { self.passive_share([push, stiffness, damping], is_explicit, dt) } else { 1.0 };
         (push, stiffness, damping) = (share * push, share * stiffness, share * damping);
         let rate @ [u, v] = self.expected;
         let at_rest = [0, 1].map(|a| area * rest.tangential[a * count + i]);
         let change = [0, 1].map(|a| area * sliding.tangential[a * count + i] - at_rest[a]);
-        let drag = (-(change[0] * u + change[1] * v) / (u * u + v * v)).max(0.0);
+        let whole = -(change[0] * u + change[1] * v) / (u * u + v * v);
         // An explicit step would turn a slip around that more than stops.
-        let drag = if is_explicit { drag.min(1.0 / (self.near.compliance * dt)) } else { drag };
+        let most = if is_explicit { self.near.mass / dt } else { f64::INFINITY };
+        let drag = whole.clamp(0.0, most);
         let axes = self.axes();
         // What the change of friction has across the slip, as of a law that is not the same in all directions, does no work.
-        let across: Vec3 = (0..2).map(|a| (change[a] + drag * rate[a]) * axes[a]).sum();
+        let across: Vec3 = (0..2).map(|a| (change[a] + whole * rate[a]) * axes[a]).sum();
         let constant: Vec3 = (0..2).map(|a| at_rest[a] * axes[a]).sum();
         let along = drive - drive.dot(&normal) * normal;
         let at_x0 = push + (stiffness * dt + damping) * towards;
@@ -362,10 +376,14 @@ impl LawPoint {
 impl LawPoint {
     /// Largest share, at most 1, of a push (N) with its stiffness (N/m) and damping (N s/m) that gives out no more energy in a step of `dt` (s) than the
     /// point has taken up, where nothing but the push moves its effective mass.
-    fn passive_share(&self, [push, stiffness, damping]: [f64; 3], dt: f64) -> f64 {
+    fn passive_share(&self, [push, stiffness, damping]: [f64; 3], is_explicit: bool, dt: f64) -> f64 {
         let (gap_rate, budget) = (self.gap_rate(self.near.velocity), self.energy.max(0.0));
+        // An explicit step pushes with the force at its start, which does not give way.
+        let towards = self.near.velocity.dot(&self.near.normal);
+        let push = if is_explicit { push + stiffness * dt * towards } else { push };
         let given = |share: f64| {
-            let resisted = 1.0 + share * self.near.compliance * dt * (damping + dt * stiffness);
+            let gives_way = self.near.compliance * dt * (damping + dt * stiffness);
+            let resisted = if is_explicit { 1.0 } else { 1.0 + share * gives_way };
             let end = gap_rate + share * self.near.compliance * dt * push / resisted;
             share * push / resisted * (end * dt).max(0.0)
         };

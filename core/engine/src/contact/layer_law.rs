@@ -3,7 +3,7 @@
 //! The tool ends a step where the tractions on it, at its own velocity, balance the spring to the hand. Newton's method finds that place with the law's
 //! derivatives; friction is the secant of [`super::law`], so it never drives the tool.
 
-use super::law::{LawContacts, LawForce, NearPoint};
+use super::law::{LAW_MARGIN, LawContacts, LawForce, NearPoint};
 use super::near::SurfacePoint;
 use crate::shape::OrientedShape;
 use nalgebra::Matrix3;
@@ -18,7 +18,7 @@ pub struct LayerLaw {
     body: u32,
     /// Samples in contact at the beginning of the last step, by ascending number.
     last: Vec<Sample>,
-    /// Position of the tool at the end of the last step, m; `None` if it did not touch.
+    /// Position of the tool at the end of the last step, m; `None` if it was not there.
     tool: Option<Vec3>,
     /// Samples in contact in this step, by ascending number (buffer).
     now: Vec<Sample>,
@@ -81,6 +81,12 @@ impl LayerLaw {
         self.tool = None;
     }
 
+    /// Ends the contact of a tool that is now at `p` (m), from where it may meet a body in the next step.
+    pub fn part(&mut self, p: Vec3) {
+        self.leave();
+        self.tool = Some(p);
+    }
+
     /// Finds the equilibrium from the position `p` of the tool (m). Returns the tool's position, m.
     ///
     /// # Errors
@@ -119,8 +125,9 @@ impl LayerLaw {
     fn begin(&mut self, step: &LawStep<'_>, p: Vec3) -> Result<(), HostError> {
         let LawStep { time: StepTime { start, dt }, .. } = *step;
         if self.body != step.body {
+            let tool = self.tool;
             self.leave();
-            self.body = step.body;
+            (self.body, self.tool) = (step.body, tool);
         }
         let margin = MARGIN * step.shape.shape().length_scale();
         let reach = self.contacts.law().reach() + margin + (p - self.tool.unwrap_or(p)).norm();
@@ -153,6 +160,7 @@ impl LayerLaw {
         }
         let (tool, contacts) = (self.tool.unwrap_or(p), &mut self.contacts);
         contacts.is_explicit = step.is_explicit;
+        contacts.margin = LAW_MARGIN * step.shape.shape().length_scale();
         contacts.begin(self.now.iter().map(|sample| near_point(sample, step, p, tool)));
         self.last.clone_from(&self.now);
         Ok(())
@@ -188,5 +196,6 @@ fn near_point(sample: &Sample, step: &LawStep<'_>, p: Vec3, before: Vec3) -> Nea
         drive: (p - before) / step.time.dt,
         area: sample.area,
         compliance: 1.0 / (step.mass * sample.area),
+        mass: step.mass * sample.area,
     }
 }

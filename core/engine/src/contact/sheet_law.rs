@@ -1,7 +1,7 @@
 //! Contact of a tip with the vertices of a sheet by a law of a plugin.
 
 use super::fingertip::Tip;
-use super::law::{LawContacts, LawForce, NearPoint};
+use super::law::{LAW_MARGIN, LawContacts, LawForce, NearPoint};
 use pliant_host::{ContactLaw, HostError};
 use pliant_solver::{Nodes, StepTime, Vec3};
 use std::sync::Arc;
@@ -15,8 +15,6 @@ pub(super) struct SheetLaw {
     near: Vec<NearPoint>,
 }
 
-/// Gap, in length scales of the tip, up to which a contact lasts beyond the law's reach.
-const MARGIN: f64 = 0.01;
 /// Displacement of a node in a step, relative to the largest one in the last step, for which contacts are looked for ahead.
 const AHEAD: f64 = 2.0;
 
@@ -57,6 +55,7 @@ impl SheetLaw {
         nodes: &Nodes,
         dt: f64,
     ) {
+        self.contacts.margin = LAW_MARGIN * tip.length_scale();
         let Self { contacts, areas, near } = self;
         let point = |(key, point): (u32, Vec3)| {
             let mut normal = tip.shape.normal(point - centre).unwrap_or_else(Vec3::z);
@@ -66,11 +65,11 @@ impl SheetLaw {
             let (drive, velocity) = (tip.velocity_at(point), nodes.v[key as usize]);
             let node = key as usize;
             let compliance = nodes.constraint[node].filter(normal).norm_squared() / nodes.mass[node];
-            NearPoint { key, gap: -tip.depth(point, normal), normal, velocity, drive, area: areas[node], compliance }
+            let (gap, mass) = (-tip.depth(point, normal), nodes.mass[node]);
+            NearPoint { key, gap, normal, velocity, drive, area: areas[node], compliance, mass }
         };
         near.clear();
-        let margin = MARGIN * tip.length_scale();
-        near.extend(vertices.map(point).filter(|near| contacts.is_near(near, margin, dt)));
+        near.extend(vertices.map(point).filter(|near| contacts.is_near(near, dt)));
     }
 
     /// Whether the last search has found vertices.

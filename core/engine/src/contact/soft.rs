@@ -154,6 +154,11 @@ impl SoftTip {
         self.law.iter_mut().for_each(SheetLaw::leave);
     }
 
+    /// Marks the areas around nodes as outdated, as where triangles have failed.
+    pub fn invalidate_areas(&mut self) {
+        self.law.iter_mut().for_each(SheetLaw::invalidate);
+    }
+
     /// Areas of the undeformed sheet around each node, m^2 (n), if a contact law needs them and they are outdated: empty, to be filled.
     pub fn outdated_areas(&mut self) -> Option<&mut Vec<f64>> {
         self.law.as_mut().and_then(SheetLaw::outdated_areas)

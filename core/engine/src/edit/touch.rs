@@ -6,7 +6,7 @@
 use super::touch_by_law::press_by_law;
 use super::{Action, EditKind, Step};
 use crate::body::{Body, EmbeddedPoint, LatticeError};
-use crate::contact::{Layer, LayerLaw, Touch as Contact, apply_friction};
+use crate::contact::{Layer, Touch as Contact, apply_friction};
 use crate::plan::Edit;
 use crate::tool::{Tool, diagonal, direction};
 use nalgebra::Matrix3;
@@ -50,7 +50,7 @@ impl Action for Touching {
         let anchor = tool.slide_proxy(step, positions.or(contact).map(|point| point.now))?;
         let Some(touch) = tool.proxy.touch else {
             tool.surface.leave();
-            tool.law.iter_mut().for_each(LayerLaw::leave);
+            tool.law.iter_mut().for_each(|law| law.part(tool.proxy.position));
             return Ok(());
         };
         let body = &mut step.bodies[touch.body as usize];

@@ -35,6 +35,15 @@ impl Session {
                     continue;
                 }
                 let (shape, tool) = (&slot.tool.proxy.shape, &slot.tool.name);
+                if law.is_adhesive() || law.reach() > 0.0 {
+                    let span = given(scene, tool).map_or(0..0, |law| law.get_ref().plugin.span());
+                    let text = format!(
+                        "contact law `{id}` of tool `{tool}` on solid `{}`: it attracts or acts at a distance, and a tool lets go of a solid where \
+                         it does not press; allowed is such a law on sheets",
+                        body.name
+                    );
+                    return Err(source.error(span, text).into());
+                }
                 if !Tool::meets_samples(shape, edge) {
                     let span = given(scene, tool).map_or(0..0, |law| law.get_ref().plugin.span());
                     let [edge, size] = [edge, shape.shape().feature_size()].map(|length| 1e3 * length);

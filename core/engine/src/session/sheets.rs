@@ -64,7 +64,7 @@ impl Session {
                     SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], time, is_explicit };
                 if let Some(areas) = soft.outdated_areas() {
                     areas.resize(body.system.nodes.len(), 0.0);
-                    sheet.add_node_areas(&body.model, areas);
+                    sheet.add_node_areas(&body.model, &body.failed_triangles, areas);
                 }
                 soft.keeps_multipliers = touching == 1;
                 let springs = slot.tool.springs_mut(index);

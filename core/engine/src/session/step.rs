@@ -169,6 +169,10 @@ impl Session {
             match moved {
                 Ok(fastest) => {
                     let failed = self.bodies[index].update_failed_triangles() as u64;
+                    if failed > 0 {
+                        let tips = self.tools.iter_mut().filter_map(|slot| slot.soft[index].as_mut());
+                        tips.for_each(SoftTip::invalidate_areas);
+                    }
                     self.events.add_many(EventKind::ElementsFailed, failed, time.start, || {
                         format!(
                             "body `{}`: its material failed: the first of its elements have failed",
