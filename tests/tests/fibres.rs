@@ -373,7 +373,7 @@ fn threads_and_replays_give_the_same_bytes() {
 
 #[test]
 fn what_fibres_cannot_be_is_refused() {
-    let cases: [(&str, &[&str]); 15] = [
+    let cases: [(&str, &[&str]); 17] = [
         ("", &["`fibre` has no direction", "`direction`, `around`, `along` and `csv`"]),
         ("direction = [0, 0, 0]", &["direction [0.0, 0.0, 0.0]", "not all 0"]),
         ("direction = [nan, 0, 1]", &["direction [NaN, 0.0, 1.0]", "three finite numbers"]),
@@ -383,6 +383,14 @@ fn what_fibres_cannot_be_is_refused() {
         ("direction = [1, 0, 0]\nball = [1, 0, 0]\nradius = 0.1", &["meets no part of the body", "0.02"]),
         ("direction = [1, 0, 0]\ngroup = \"muscle\"", &["no group `muscle`"]),
         ("around = { axis = [0, 0, 0], point = [0, 0, 0] }", &["axis [0.0, 0.0, 0.0]"]),
+        (
+            "axes = \"model\"\nalong = [[0, 0, 0], [\"5 mm\", 0, 0]]",
+            &["a point with a unit", "units of the model's file"],
+        ),
+        (
+            "axes = \"model\"\naround = { axis = [0, 0, 1], point = [0, \"5 mm\", 0], helix-angle = \"9 deg\" }",
+            &["a point with a unit", "units of the model's file"],
+        ),
         ("along = [[0, 0, 0]]", &["`along` has 1 points", "2 or more"]),
         ("along = [[0, 0, 0], [0, 0, 0]]", &["no direction at point 2"]),
         ("csv = \"none.csv\"", &["none.csv"]),

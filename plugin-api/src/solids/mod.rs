@@ -28,7 +28,7 @@ pub use energy::SolidEnergy;
 pub use fibres::{FIBRE_STRIDE, FibreEnergy, with_fibres, write_fibres};
 pub use hessian::{EnergyHessian, PrincipalModes, Stiffness};
 pub use matrix::Mat3;
-pub use neo_hookean::StableNeoHookean;
+pub use neo_hookean::{StableNeoHookean, lame_constants};
 pub use registers::{CORNER_PAIRS, ElementBlocks, gather, scatter};
 pub use svd::{Eigen, Svd, svd, symmetric_eigen};
 pub use tetrahedron::{STRIDE, Tetrahedron, at_corners, rest_planes, write_rest_data};

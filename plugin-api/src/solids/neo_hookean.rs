@@ -10,6 +10,11 @@ use super::matrix::{Mat3, cofactors, determinant, norm_squared};
 use super::svd::svd;
 use crate::lanes::{Real, Vec3};
 
+/// The Lame constants of small strains, shear modulus and first constant, Pa, from Young's modulus (Pa) and Poisson's ratio (1, below 0.5).
+pub fn lame_constants(young: f64, poisson: f64) -> [f64; 2] {
+    [young / (2.0 * (1.0 + poisson)), young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))]
+}
+
 /// The energy of a material with these constants.
 #[derive(Clone, Copy, Debug)]
 pub struct StableNeoHookean {

@@ -14,7 +14,7 @@ use fibres::FibreLaw;
 use pliant_plugin_api::lanes::{Real, pulp::Arch, vector_unit};
 use pliant_plugin_api::solids::{
     EnergyHessian, FibreEnergy, Mat3, SolidCall, SolidEnergy, StableNeoHookean, ViscosityCoefficients, add_mass,
-    requests, with_fibres, write_fibres, write_rest_data,
+    lame_constants, requests, with_fibres, write_fibres, write_rest_data,
 };
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
@@ -104,8 +104,7 @@ impl Material for FibreReinforced {
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         let (young, poisson) = (params.number("young"), params.number("poisson"));
-        let shear = young / (2.0 * (1.0 + poisson));
-        let first_lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+        let [shear, first_lame] = lame_constants(young, poisson);
         let time = params.number("damping-time");
         Ok(Self {
             matrix: StableNeoHookean::new(shear, first_lame),

@@ -14,8 +14,8 @@ mod plasticity;
 use plasticity::{HISTORY, Plasticity};
 use pliant_plugin_api::lanes::{Real, vector_unit};
 use pliant_plugin_api::solids::{
-    EnergyHessian, Mat3, Shapes, SolidCall, SolidEnergy, StableNeoHookean, ViscosityCoefficients, add_mass, requests,
-    write_rest_data,
+    EnergyHessian, Mat3, Shapes, SolidCall, SolidEnergy, StableNeoHookean, ViscosityCoefficients, add_mass,
+    lame_constants, requests, write_rest_data,
 };
 use pliant_plugin_api::{
     AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
@@ -115,8 +115,7 @@ impl Material for NeoHookean {
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         let (young, poisson) = (params.number("young"), params.number("poisson"));
-        let shear = young / (2.0 * (1.0 + poisson));
-        let first_lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+        let [shear, first_lame] = lame_constants(young, poisson);
         let (time, yield_strain) = (params.number("damping-time"), params.number("yield-strain"));
         Ok(Self {
             moduli: StableNeoHookean::new(shear, first_lame),

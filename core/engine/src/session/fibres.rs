@@ -106,6 +106,17 @@ impl FibreSource<'_> {
         Ok(if self.fibre.axes == FibreAxes::Model { self.placement.rotation * unit } else { unit })
     }
 
+    /// Refuses units of points that are in those of the model's file.
+    fn require_numbers(&self, points: Range<usize>) -> Result<(), SceneError> {
+        let text = self.source.text.get(points.clone()).unwrap_or_default();
+        if self.fibre.axes == FibreAxes::Model && text.contains(['"', '\'']) {
+            let text =
+                "a point with a unit; allowed with `axes = \"model\"` is numbers, in the units of the model's file";
+            return Err(self.source.error(points, text));
+        }
+        Ok(())
+    }
+
     /// A point of the entry, m.
     fn point(&self, point: Vec3) -> Vec3 {
         if self.fibre.axes == FibreAxes::Model { self.placement.apply(point) } else { point }
@@ -114,11 +125,13 @@ impl FibreSource<'_> {
     fn around(&self, around: &Spanned<AroundScene>) -> Result<FibreLines, SceneError> {
         let AroundScene { axis, point, helix_angle } = around.get_ref();
         let axis = self.unit(*axis).map_err(|why| self.source.error(around.span(), format!("axis {why}")))?;
+        self.require_numbers(point.span())?;
         let angle = [libm::cos(helix_angle.si), libm::sin(helix_angle.si)];
-        Ok(FibreLines::Around { axis, point: self.point(point.map(|c| c.si).into()), angle })
+        Ok(FibreLines::Around { axis, point: self.point(point.get_ref().map(|c| c.si).into()), angle })
     }
 
     fn along(&self, points: &Spanned<Vec<[crate::scene::Length; 3]>>) -> Result<FibreLines, SceneError> {
+        self.require_numbers(points.span())?;
         let wrong = |text: String| self.source.error(points.span(), text);
         let placed: Vec<Vec3> = points.get_ref().iter().map(|point| self.point(point.map(|c| c.si).into())).collect();
         if placed.len() < 2 {

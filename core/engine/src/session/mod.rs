@@ -298,7 +298,7 @@ pub struct Session {
     memory: Vec<BodyMemory>,
     /// Plugins that were loaded.
     pub loaded: Vec<Loaded>,
-    /// Files of fields that were read.
+    /// Files of fields and fibres that were read.
     pub field_files: Vec<PathBuf>,
     /// Meshes of obstacles that were read.
     pub obstacle_files: Vec<PathBuf>,

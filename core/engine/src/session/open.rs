@@ -328,8 +328,7 @@ impl Opening<'_> {
         let fibres = super::fibres::fibres(scene, self.source, &material, &shared)?;
         let files = scene.field.iter().filter_map(|field| field.get_ref().file());
         let files = files.filter(|file| !self.source.factors.contains_key(file.get_ref()));
-        self.field_files.extend(files.map(|file| self.source.folder().join(file.get_ref())));
-        let files = scene.fibre.iter().filter_map(|fibre| fibre.get_ref().csv.as_ref());
+        let files = files.chain(scene.fibre.iter().filter_map(|fibre| fibre.get_ref().csv.as_ref()));
         self.field_files.extend(files.map(|file| self.source.folder().join(file.get_ref())));
         let mut discretization = match &scene.sheet {
             Some(sheet) => {

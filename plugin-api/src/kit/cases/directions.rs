@@ -12,7 +12,7 @@ use crate::abi;
 
 /// Largest difference that is rounding, over the largest value: products in another order.
 const ROUNDING: f64 = 1e-9;
-/// Every how-manieth element of a body has no fibres.
+/// One in so many elements of a body has no fibres.
 const BARE: usize = 7;
 
 /// A random unit vector.

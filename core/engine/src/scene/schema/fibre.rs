@@ -44,7 +44,8 @@ pub struct AroundScene {
     /// Direction of the axis; need not be a unit vector.
     pub axis: [f64; 3],
     /// A point of the axis.
-    pub point: [Length; 3],
+    #[schemars(with = "[Length; 3]")]
+    pub point: Spanned<[Length; 3]>,
     /// Angle from the circle towards the axis: 0, the default, gives circles, a positive one right-handed helices, 90 deg lines along the axis.
     #[serde(default = "no_angle")]
     pub helix_angle: Angle,
