@@ -118,7 +118,7 @@ fn power_has_one_scale_in_any_view() {
     }
 }
 
-/// A hand that has let go of the device is the pointer's; one that is lost is nobody's until the pointer has it.
+/// The pointer moves the hand while the device does not lead; with a device that is lost there is no hand until the pointer leads.
 #[test]
 fn the_pointer_has_the_hand_where_the_device_does_not_lead() {
     let (mut device, wire, mut handle, mut pointer) = guided(DeviceScale { length: 1.0, force: 1.0 });
@@ -190,6 +190,31 @@ fn a_model_of_any_size_and_material_gets_a_hand() {
             let (session, draft) = drafted(size, solid);
             let facts = session.devices[0].facts;
             assert!((facts.peak_force / draft.peak_force() - 1.0).abs() < 1e-12, "{size} m, {}", solid.name);
+        }
+    }
+}
+
+/// A view that goes around a model at any height, at sixty frames a second: the hand goes along and never the long way round.
+#[test]
+fn the_hand_goes_the_short_way_round_with_any_view() {
+    let (mut device, wire, mut handle, _pointer) = guided(DeviceScale { length: 1.0, force: 1.0 });
+    wire.lock().unwrap().pose = Pose { flags: POSE_VALID, position: [0.1, 0.15, 0.05], ..Pose::default() };
+    for pitch in [-1.5, -0.6, 0.0, 0.3, 1.2] {
+        let mut last = None;
+        for ms in 0_u32..4000 {
+            if ms.is_multiple_of(16) {
+                let yaw = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), 4e-3 * f64::from(ms));
+                let view = yaw * UnitQuaternion::from_axis_angle(&Vec3::x_axis(), pitch);
+                // By its axes, as a camera has it, which says nothing of the sign of the quaternion.
+                let rotation = UnitQuaternion::from_rotation_matrix(&view.to_rotation_matrix());
+                handle.set(Guide { leads: true, rotation, ..Guide::default() });
+            }
+            let mut poses = [Pose::default()];
+            device.read(1_000_000 * u64::from(ms + 1), &mut poses);
+            let now = Vec3::from(poses[0].position);
+            // Half a millimetre a tick at 4 rad/s; what has been asked for is followed within its time constant.
+            let jump = last.replace(now).map_or(0.0, |last: Vec3| (now - last).norm());
+            assert!(ms < 200 || jump < 2e-3, "pitch {pitch}, {ms} ms: {jump} m");
         }
     }
 }

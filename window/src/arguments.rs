@@ -110,7 +110,7 @@ impl Arguments {
                 "--unit" => parsed.unit = Some(unit(&next()?)?),
                 "--level" => parsed.level = number(&argument, &next()?, 2..=10)?,
                 "--subdivide" => parsed.subdivide = true,
-                "--device" => parsed.device = Some(DeviceRequest { plugin: next()?, settings: Vec::new() }),
+                "--device" => parsed.device = Some(DeviceRequest { plugin: next()?, ..DeviceRequest::default() }),
                 "--device-set" => settings.push(setting(&next()?)?),
                 "--antialias" => parsed.antialias = antialias(&next()?)?,
                 "--autosave" => parsed.autosave = Some(next()?.into()),

@@ -8,8 +8,8 @@
 
 pub mod app;
 pub mod arguments;
+pub mod device_hand;
 pub mod gl;
-pub mod led_hand;
 pub mod materials;
 pub mod opening;
 pub mod picture;

@@ -90,7 +90,7 @@ impl OpenRequest {
         }
     }
 
-    /// Folder that paths of a scene, and of the parameters of a device, are relative to.
+    /// Folder that paths of a scene are relative to.
     fn folder(&self) -> &Path {
         self.path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
     }
@@ -161,8 +161,8 @@ pub fn open(request: &OpenRequest) -> Result<Opened, String> {
     if session.bodies.is_empty() {
         return Err(format!("{}: nothing in it can be moved by a hand", request.path.display()));
     }
-    // Last, so that an arm moves for nobody while a model is read.
-    let device = request.device.as_ref().map(|device| device.open(&search, request.folder(), session.dt()));
+    // Last: an arm that is open is served from here on.
+    let device = request.device.as_ref().map(|device| device.open(&search, session.dt()));
     Ok(Opened { session, scene, source, mesh, facts, device })
 }
 
@@ -262,7 +262,7 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let painted: Vec<&'static str> = PAINTABLE.into_iter().filter(varies).collect();
     give_hand(&mut document, &hand, &painted);
     let choice = |device: &scene::DeviceScene| {
-        let (name, request) = (device.name.get_ref().clone(), DeviceRequest::of_scene(device)?);
+        let (name, request) = (device.name.get_ref().clone(), DeviceRequest::of_scene(device, request.folder())?);
         Some(DeviceChoice { name, summary: request.plugin.clone(), request })
     };
     let devices = scene.device.iter().filter_map(choice).collect();

@@ -306,9 +306,9 @@ pub fn unit_question(extent: f64) -> String {
 /// What the model is drawn beside, and how long that is.
 pub const HAND_BESIDE: &str = "a hand, 19 cm";
 
-/// What a device that is lost is told with. `why`: what it returned.
-pub fn device_lost(why: &str) -> String {
-    format!("The device is lost ({why}); the mouse has the hand.")
+/// Tells of a device that is lost. `why`: what it returned, in words.
+pub fn device_lost(name: &str, why: &str) -> String {
+    format!("The device {name} is lost ({why}); the mouse has the hand.")
 }
 
 /// How far the hand goes in the scene for a centimetre of the device.

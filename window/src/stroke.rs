@@ -1,6 +1,6 @@
 //! The hands of the session, moved by the pointer.
 
-use crate::led_hand::{HandNews, LedHand};
+use crate::device_hand::{DeviceHand, HandNews};
 use crate::symmetry::MirrorPlane;
 use crate::view::Camera;
 use pliant_editor::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
@@ -19,7 +19,7 @@ pub struct HandControl {
     /// Where the hand was sent last.
     place: Option<HandPlace>,
     /// A device that can have the hand in the place of the pointer.
-    led: Option<LedHand>,
+    device_hand: Option<DeviceHand>,
 }
 
 /// A stroke under way.
@@ -56,35 +56,35 @@ const HOVER: f64 = 0.6;
 
 impl HandControl {
     /// The hands of a session whose devices stand at `device_frame`.
-    pub fn new([hand, mirror]: [PointerHandle; 2], led: Option<LedHand>, device_frame: DeviceFrame) -> Self {
-        Self { hand, mirror, device_frame, plane: None, stroke: None, place: None, led }
+    pub fn new([hand, mirror]: [PointerHandle; 2], device_hand: Option<DeviceHand>, device_frame: DeviceFrame) -> Self {
+        Self { hand, mirror, device_frame, plane: None, stroke: None, place: None, device_hand }
     }
 
     /// The device that can have the hand.
-    pub fn led(&self) -> Option<&LedHand> {
-        self.led.as_ref()
+    pub fn device_hand(&self) -> Option<&DeviceHand> {
+        self.device_hand.as_ref()
     }
 
     /// Whether a device has the hand.
-    pub fn is_led(&self) -> bool {
-        self.led.as_ref().is_some_and(LedHand::leads)
+    pub fn is_by_device(&self) -> bool {
+        self.device_hand.as_ref().is_some_and(DeviceHand::leads)
     }
 
     /// Gives the hand to the device, or to the pointer; nothing without a device.
-    pub fn set_led(&mut self, leads: bool) {
+    pub fn give_to_device(&mut self, leads: bool) {
         self.end();
         self.mirror.remove();
-        if let Some(led) = &mut self.led {
-            led.set_leads(leads);
+        if let Some(device_hand) = &mut self.device_hand {
+            device_hand.set_leads(leads);
         }
     }
 
-    /// Guides the device for a frame, and the hand that mirrors it; as for [`LedHand::advance`].
-    pub fn lead(&mut self, camera: &Camera, buttons: [u32; 3], force_share: f64) -> HandNews {
-        let Some(led) = &mut self.led else { return HandNews::None };
-        let news = led.advance(camera, buttons, force_share);
-        match (&self.plane, led.place()) {
-            (Some(plane), Some((place, buttons))) if led.leads() => {
+    /// Guides the device for a frame, and the hand that mirrors it; as for [`DeviceHand::advance`].
+    pub fn guide_device(&mut self, camera: &Camera, buttons: [u32; 3], force_share: f64) -> HandNews {
+        let Some(device_hand) = &mut self.device_hand else { return HandNews::None };
+        let news = device_hand.advance(camera, buttons, force_share);
+        match (&self.plane, device_hand.place()) {
+            (Some(plane), Some((place, buttons))) if device_hand.leads() => {
                 glide(&mut self.mirror, &self.device_frame, &plane.hand(&place), buttons, GLIDE);
             }
             _ => self.mirror.remove(),
@@ -128,7 +128,7 @@ impl HandControl {
 
     /// Whether a stroke is under way.
     pub fn is_busy(&self) -> bool {
-        self.stroke.is_some() || self.led.as_ref().is_some_and(LedHand::is_busy)
+        self.stroke.is_some() || self.device_hand.as_ref().is_some_and(DeviceHand::is_busy)
     }
 
     /// The pointer has moved.

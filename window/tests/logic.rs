@@ -580,7 +580,7 @@ fn free_address() -> String {
     std::net::UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string()
 }
 
-/// Somebody at a device that datagrams move.
+/// The user of a device that is moved by datagrams.
 struct DeviceUser {
     socket: std::net::UdpSocket,
     address: String,
@@ -617,7 +617,7 @@ fn a_device_has_the_hand_until_the_mouse_takes_it() {
     let original = std::fs::read(&path).unwrap();
     let address = free_address();
     let settings = vec![("address".to_owned(), address.clone()), ("hold".to_owned(), "60".to_owned())];
-    let device = Some(DeviceRequest { plugin: "pointer".into(), settings });
+    let device = Some(DeviceRequest { plugin: "pointer".into(), settings, ..DeviceRequest::default() });
     let mut harness = window_with(Arguments { device, ..arguments(&path) });
     wait(&mut harness, "the model", App::is_open);
     let user = DeviceUser::new(&address);
@@ -662,11 +662,11 @@ fn a_device_of_the_scene_is_chosen_in_the_panel() {
     let text = format!(
         "format = 1\n[[body]]\nname = \"ball\"\nmesh = \"ball.obj\"\nmaterial = {{ plugin = \"mass-spring\" }}\n\
          grid = {{ level = 4 }}\n[[device]]\nname = \"stylus\"\nplugin = \"pointer\"\n\
-         params = {{ address = \"{address}\", hold = 60 }}\n[[tool]]\nname = \"tip\"\ndevice = \"stylus\"\n\
+         params = {{ address = \"{address}\", hold = \"60 s\" }}\n[[tool]]\nname = \"tip\"\ndevice = \"stylus\"\n\
          radius = \"10 mm\"\n[[edit]]\nkind = \"touch\"\ntool = \"tip\"\n"
     );
     std::fs::write(&scene, text).unwrap();
-    let device = Some(DeviceRequest { plugin: "no-such-device".into(), settings: Vec::new() });
+    let device = Some(DeviceRequest { plugin: "no-such-device".into(), ..DeviceRequest::default() });
     let mut harness = window_with(Arguments { device, ..arguments(&scene) });
     wait(&mut harness, "the model", App::is_open);
     let error = harness.state().error().expect("a sentence").to_owned();

@@ -1,8 +1,8 @@
 //! The devices that can have the hand of an editor in the place of a pointer.
 
-use pliant_engine::scene::DeviceScene;
-use pliant_host::{Device, Library, ParamKind, ParamValue, PluginInfo, PluginKind, SearchPath};
-use std::path::Path;
+use pliant_engine::scene::{DeviceScene, parse_quantity};
+use pliant_host::{Device, Library, ParamInfo, ParamKind, ParamValue, PluginInfo, PluginKind, SearchPath};
+use std::path::{Path, PathBuf};
 
 /// Plugin of devices that follow a script and not a hand.
 const SCRIPTED: &str = "scripted";
@@ -23,42 +23,42 @@ pub struct DeviceChoice {
 pub struct DeviceRequest {
     /// Id of the plugin, or path of its library, `#` and the id.
     pub plugin: String,
-    /// Keys of parameters and their values as text, numbers in the unit of the parameter.
+    /// Keys of parameters and their values as text: quantities, or numbers in the unit of the parameter.
     pub settings: Vec<(String, String)>,
+    /// Folder that paths are relative to.
+    pub folder: PathBuf,
 }
 
 impl DeviceRequest {
-    /// The device of a scene; `None` if it is moved by a script or a recording, or has parameters that are no numbers or texts.
-    pub fn of_scene(device: &DeviceScene) -> Option<Self> {
+    /// The device of a scene in a folder; `None` if it is moved by a script or a recording.
+    pub fn of_scene(device: &DeviceScene, folder: &Path) -> Option<Self> {
         let plugin = device.plugin.get_ref().clone();
         let is_hand = plugin != SCRIPTED && device.recording.is_none();
-        let text = |value: &toml::Value| match value {
-            toml::Value::String(text) => Some(text.clone()),
-            toml::Value::Integer(number) => Some(number.to_string()),
-            toml::Value::Float(number) => Some(number.to_string()),
-            _ => None,
-        };
-        let settings = device.params.iter().map(|(key, value)| Some((key.clone(), text(value.get_ref())?)));
-        Some(Self { plugin, settings: settings.collect::<Option<_>>()? }).filter(|_| is_hand)
+        // What is neither text nor a number is refused when the device is opened.
+        let text = |value: &toml::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        let settings = device.params.iter().map(|(key, value)| (key.clone(), text(value.get_ref())));
+        is_hand.then(|| Self { plugin, settings: settings.collect(), folder: folder.to_path_buf() })
     }
 
-    /// Opens the device, which is read every `dt` (s). Paths are relative to `folder`.
+    /// Opens the device, which is read every `dt` (s).
     ///
     /// # Errors
     /// A sentence that names the device: there is no such plugin, a parameter or a library is not allowed, or the device is not there.
-    pub fn open(&self, search: &SearchPath, folder: &Path, dt: f64) -> Result<Device, String> {
+    pub fn open(&self, search: &SearchPath, dt: f64) -> Result<Device, String> {
         let named = |error: &dyn std::fmt::Display| format!("device `{}`: {error}", self.plugin);
         let (file, id) = self.plugin.split_once('#').unwrap_or((&self.plugin, &self.plugin));
-        let found = search.find(file, folder).map_err(|error| named(&error))?;
+        let found = search.find(file, &self.folder).map_err(|error| named(&error))?;
         let library = Library::open(&found.path).map_err(|error| named(&error))?;
         let is_it = |info: &&PluginInfo| info.kind == PluginKind::Device && info.id == id;
         let info = library.plugins().iter().find(is_it).or_else(|| library.only_plugin(PluginKind::Device));
         let info = info.ok_or_else(|| named(&"its library has no device of that name"))?;
         let settings = self.settings.iter().map(|(key, text)| {
-            let (place, mut value) = info.setting(key, text)?;
+            let is_number = |param: &&ParamInfo| param.key == *key && matches!(param.kind, ParamKind::Number { .. });
+            let number = info.params.iter().find(is_number).and_then(|param| parse_quantity(text, &param.unit).ok());
+            let (place, mut value) = info.setting(key, &number.map_or_else(|| text.clone(), |n| n.to_string()))?;
             let kind = &info.params[place].kind;
             if let (ParamKind::Path, ParamValue::Text(path)) = (kind, &mut value) {
-                *path = folder.join(&*path).to_string_lossy().into_owned();
+                *path = self.folder.join(&*path).to_string_lossy().into_owned();
             }
             // Text parameters are checked too, because only the plugin knows whether they are paths.
             if let ParamValue::Text(text) = &value {
@@ -80,7 +80,7 @@ pub fn device_choices(search: &SearchPath) -> Vec<DeviceChoice> {
     let choice = |info: &PluginInfo| DeviceChoice {
         name: info.id.clone(),
         summary: info.summary.clone(),
-        request: DeviceRequest { plugin: info.id.clone(), settings: Vec::new() },
+        request: DeviceRequest { plugin: info.id.clone(), ..DeviceRequest::default() },
     };
     hands.map(choice).collect()
 }

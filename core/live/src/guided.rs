@@ -1,7 +1,8 @@
 //! A device in the axes of a view, whose place, scale and buttons a program chooses while it is used.
 //!
 //! The hand is that of the device as long as the device leads, otherwise that of a [`PointerDevice`]. Positions are scaled from the device's workspace to the
-//! scene and forces back, each by one number, so a force that gives no energy to the scene's hand gives none to the device's.
+//! scene and forces back, each by one number: as long as the workspace stands still in the scene, a force that gives no energy to the scene's hand gives none to
+//! the device's.
 //!
 //! *Real time*: as every device; what is asked for comes through a triple buffer.
 
@@ -172,7 +173,7 @@ impl GuidedDevice {
         let before = self.now.filter(|now| now.leads && asked.leads);
         let now = before.map_or(asked, |now| Guide {
             centre: now.centre.lerp(&asked.centre, share),
-            rotation: now.rotation.nlerp(&asked.rotation, share),
+            rotation: towards(&now.rotation, &asked.rotation, share),
             force_share: now.force_share + share * (asked.force_share - now.force_share),
             ..asked
         });
@@ -199,6 +200,12 @@ impl GuidedDevice {
         let place = (pose.flags & POSE_VALID != 0).then_some((position, rotation));
         (pose, GuidedHand { place, pressed, lost: None })
     }
+}
+
+/// A share (0 to 1) of the way from one rotation to another, the short way round: q and -q are the same rotation.
+fn towards(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>, share: f64) -> UnitQuaternion<f64> {
+    let near = if from.coords.dot(&to.coords) < 0.0 { UnitQuaternion::new_unchecked(-to.into_inner()) } else { *to };
+    from.nlerp(&near, share)
 }
 
 impl HapticDevice for GuidedDevice {

@@ -1,8 +1,7 @@
 //! Who has the hand: the pointer, or a haptic device.
 
 use super::App;
-use crate::led_hand::HandNews;
-use crate::sim::Command;
+use crate::device_hand::HandNews;
 use crate::strings;
 use crate::tools::ToolKind;
 use eframe::egui::{self, Slider};
@@ -12,33 +11,43 @@ use pliant_engine::scene::Release;
 impl App {
     /// The choice of what has the hand, and the share of its force.
     pub(super) fn device_panel(&mut self, ui: &mut egui::Ui) {
-        let (led, of_scene) = match &self.model {
-            Some(model) => (model.hand.led().map(|led| (led.name.clone(), led.leads())), model.facts.devices.clone()),
+        let (device_hand, of_scene) = match &self.model {
+            Some(model) => (
+                model.hand.device_hand().map(|device_hand| (device_hand.name.clone(), device_hand.leads())),
+                model.facts.devices.clone(),
+            ),
             None => (None, Vec::new()),
         };
-        let shown = led.as_ref().filter(|(_, leads)| *leads).map_or(strings::POINTER, |(name, _)| name);
+        // A scene's device by its name there, any other by its plugin.
+        let opened = self.request.device.clone();
+        let is_opened = |choice: &&DeviceChoice| opened.as_ref() == Some(&choice.request);
+        let name = of_scene.iter().find(is_opened).map(|choice| choice.name.clone());
+        let shown = match &device_hand {
+            Some((plugin, true)) => name.unwrap_or_else(|| plugin.clone()),
+            _ => strings::POINTER.to_owned(),
+        };
         let mut wanted = None;
         let mut takes_pointer = false;
-        egui::ComboBox::from_label(strings::HAND).selected_text(shown).show_ui(ui, |ui| {
+        egui::ComboBox::from_label(strings::HAND).selected_text(&shown).show_ui(ui, |ui| {
             takes_pointer = ui.selectable_label(shown == strings::POINTER, strings::POINTER).clicked();
             let request = &self.request;
             // Libraries are opened for it, so not before somebody asks.
             let found = || request.search().map(|search| device_choices(&search)).unwrap_or_default();
             let found = self.devices.get_or_insert_with(found);
             for choice in of_scene.iter().chain(found.iter()) {
-                let label = ui.selectable_label(shown == choice.request.plugin, &choice.name);
+                let label = ui.selectable_label(shown == choice.name, &choice.name);
                 if label.on_hover_text(&choice.summary).clicked() {
                     wanted = Some(choice.clone());
                 }
             }
         });
         if takes_pointer && let Some(model) = &mut self.model {
-            model.hand.set_led(false);
+            model.hand.give_to_device(false);
         }
         if let Some(choice) = wanted {
             self.take_device(choice);
         }
-        if led.is_some_and(|(_, leads)| leads) {
+        if device_hand.is_some_and(|(_, leads)| leads) {
             let slider = Slider::new(&mut self.force_share, 0.0..=1.0).max_decimals(2).text(strings::FORCE_SHARE);
             ui.add(slider).on_hover_text(strings::FORCE_SHARE_HINT);
             self.device_scale().into_iter().for_each(|line| _ = ui.small(line));
@@ -49,9 +58,9 @@ impl App {
     fn take_device(&mut self, DeviceChoice { request: device, .. }: DeviceChoice) {
         self.log.event("device", &[("name", device.plugin.clone())]);
         if self.request.device.as_ref() == Some(&device)
-            && let Some(model) = self.model.as_mut().filter(|model| model.hand.led().is_some())
+            && let Some(model) = self.model.as_mut().filter(|model| model.hand.device_hand().is_some())
         {
-            return model.hand.set_led(true);
+            return model.hand.give_to_device(true);
         }
         self.request.device = Some(device);
         if self.model.is_none() {
@@ -85,26 +94,22 @@ impl App {
         let share = self.force_share / self.settings.size.max(1.0);
         let plane = self.settings.mirror.map(|axis| model.mirror(axis));
         model.hand.set_mirror(plane);
-        let news = model.hand.lead(&self.camera, buttons, share);
+        let device = model.hand.device_hand().map_or_else(String::new, |device_hand| device_hand.name.clone());
+        let news = model.hand.guide_device(&self.camera, buttons, share);
         let paints_nothing = tool.paints() && model.facts.painted.is_empty();
         match news {
             HandNews::None => {}
             HandNews::Began { is_other } => {
                 let name = other.filter(|_| is_other).unwrap_or(tool).name();
                 self.log.event("stroke begins", &[("tool", name.into())]);
-                self.send(Command::BeginStroke(name));
                 if paints_nothing {
                     self.tell(strings::NOTHING_TO_PAINT.to_owned());
                 }
             }
-            HandNews::Ended => {
-                self.log.event("stroke ends", &[("tool", tool.name().into())]);
-                self.send(Command::EndStroke);
-            }
+            HandNews::Ended => self.log.event("stroke ends", &[("tool", tool.name().into())]),
             HandNews::Lost(why) => {
-                self.send(Command::EndStroke);
                 self.log.event("device lost", &[("why", why.into())]);
-                self.tell(strings::device_lost(why));
+                self.tell(strings::device_lost(&device, why));
             }
         }
         context.request_repaint();
@@ -112,8 +117,8 @@ impl App {
 
     /// A line on the scale of the device that has the hand.
     pub(super) fn device_scale(&self) -> Option<String> {
-        let led = self.model.as_ref()?.hand.led().filter(|led| led.leads())?;
-        let step = format_length(LengthUnit::Centimetre.metres() * led.scale.length);
+        let device_hand = self.model.as_ref()?.hand.device_hand().filter(|device_hand| device_hand.leads())?;
+        let step = format_length(LengthUnit::Centimetre.metres() * device_hand.scale.length);
         Some(strings::device_scale(&step))
     }
 }

@@ -69,11 +69,11 @@ impl Model {
 
     /// `material_folder`: where the model's `mtllib` files are, if not beside the file that was opened.
     pub(super) fn new(opened: OpenModel, material_folder: Option<PathBuf>, context: egui::Context) -> Self {
-        let OpenModel { facts, reader, surfaces, models, hands, led, device_frame, .. } = opened;
+        let OpenModel { facts, reader, surfaces, models, hands, device_hand, device_frame, .. } = opened;
         let materials = Some(MaterialLoad::start(models, material_folder, context.clone()));
         let pickers = surfaces.iter().map(Picker::new).collect();
         let uploads = surfaces.iter().enumerate().map(|(body, surface)| Upload::whole(body, surface)).collect();
-        let mut control = HandControl::new(hands, led, device_frame);
+        let mut control = HandControl::new(hands, device_hand, device_frame);
         // Somewhere beside the model, until the pointer is over it.
         control.wait_at(
             surfaces.first().map_or(Vector3::zeros(), |s| s.origin) + facts.hand.size * Vector3::new(0.0, 2.0, 0.0),

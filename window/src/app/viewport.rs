@@ -139,8 +139,8 @@ impl App {
         key_began: bool,
     ) -> Option<Hit> {
         let radius = self.tool_radius();
-        let is_led = self.model.as_ref()?.hand.is_led();
-        if is_led {
+        let is_by_device = self.model.as_ref()?.hand.is_by_device();
+        if is_by_device {
             self.use_device(ui.ctx());
         }
         let model = self.model.as_mut()?;
@@ -154,7 +154,7 @@ impl App {
         let reach = 2.0 * (self.camera.distance + self.camera.scene_radius) + radius;
         let hit = ray.and_then(|ray| model.pick(&ray, reach));
         let tool = self.tools[self.tool];
-        if is_led {
+        if is_by_device {
             return hit;
         }
         if model.hand.is_busy() {
@@ -391,7 +391,7 @@ impl App {
         let tool = self.tools[self.tool];
         let radius = self.settings.size * model.facts.hand.radius;
         let is_busy = model.hand.is_busy();
-        if model.hand.is_led() {
+        if model.hand.is_by_device() {
             if let Some(felt) = model.tool() {
                 let colour = if is_busy { Color32::from_rgb(255, 170, 40) } else { Color32::from_rgb(120, 210, 255) };
                 overlay::ring(&painter, frame, felt.proxy.into(), self.camera.axes()[2], radius, colour);
@@ -404,7 +404,7 @@ impl App {
                 overlay::ring(&painter, frame, point.into(), normal, radius, colour.gamma_multiply(0.6));
             }
         }
-        if let (Some(at), true) = (pointer, tool.gesture() == Gesture::Slice && !model.hand.is_led()) {
+        if let (Some(at), true) = (pointer, tool.gesture() == Gesture::Slice && !model.hand.is_by_device()) {
             let colour = if is_busy { Color32::from_rgb(255, 110, 90) } else { text };
             painter.circle_stroke(at, 4.0, egui::Stroke::new(1.5, colour));
             painter.line_segment([at + vec2(6.0, -6.0), at + vec2(16.0, -16.0)], egui::Stroke::new(2.5, colour));

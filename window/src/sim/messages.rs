@@ -2,7 +2,7 @@
 
 use super::gauges::{Gauges, StepTimes};
 use super::history::Stroke;
-use crate::led_hand::LedHand;
+use crate::device_hand::DeviceHand;
 use crate::opening::ModelFacts;
 use pliant_editor::surface::ViewSurface;
 use pliant_engine::body::Model;
@@ -69,7 +69,7 @@ pub struct OpenModel {
     /// The hand, and the one that can mirror it.
     pub hands: [PointerHandle; 2],
     /// A device that can have the hand, its scale and its name.
-    pub led: Option<LedHand>,
+    pub device_hand: Option<DeviceHand>,
     /// Where the hands' devices are in the scene.
     pub device_frame: DeviceFrame,
     /// s, wall-clock time that opening took

@@ -1,6 +1,7 @@
 //! The simulation on a thread of its own: opens a model, steps it in real time, and does what the window asks between two steps.
 
 mod autosave;
+mod device_strokes;
 mod export;
 mod gauges;
 mod history;

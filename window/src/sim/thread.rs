@@ -1,12 +1,13 @@
 //! The thread of the simulation.
 
 use super::autosave::Autosave;
+use super::device_strokes::{DeviceStrokes, StrokeChange};
 use super::export::write_bodies;
 use super::gauges::GaugeWindow;
 use super::history::StrokeLog;
 use super::messages::{Command, Notice, Notifier, OpenModel, Status};
 use super::session_file::SessionFile;
-use crate::led_hand::LedHand;
+use crate::device_hand::DeviceHand;
 use crate::opening::{ModelFacts, OpenRequest, Opened, open};
 use crate::strings;
 use pliant_editor::HandSettings;
@@ -57,7 +58,8 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
     let [slot, mirror] = &session.devices[..] else { return Err("the scene has not two hands".into()) };
     let device_frame = slot.frame;
     let ((device, hand), (other, mirrored)) = (PointerDevice::new(slot.facts), PointerDevice::new(mirror.facts));
-    let (device, led) = give_device(device, real, request, &facts, notifier);
+    let (device, device_hand) = give_device(device, real, request, &facts, notifier);
+    let has_device = device_hand.is_some();
     let devices: Vec<Box<dyn HapticDevice>> = vec![device, Box::new(other)];
     let hands = [hand, mirrored];
     let settings = LiveSettings { rate: None, view: Some(writer).filter(|_| viewing) };
@@ -67,8 +69,9 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
     let seconds = began.elapsed().as_secs_f64();
     let moving = session.bodies.iter().map(|body| &body.model);
     let models = moving.chain(session.standing.iter().map(|(_, model)| model)).map(Arc::clone).collect();
-    let opened = OpenModel { facts, reader, surfaces, models, hands, led, device_frame, seconds };
+    let opened = OpenModel { facts, reader, surfaces, models, hands, device_hand, device_frame, seconds };
     notifier.send(Notice::Opened(Box::new(opened)));
+    let mut device_strokes = has_device.then(DeviceStrokes::new);
     let mut log = StrokeLog::default();
     let mut autosave = Autosave::new(request);
     let mut gauges = GaugeWindow::new(session.dt());
@@ -77,6 +80,8 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
     let (mut in_stroke, mut warnings) = (false, session.warnings());
     while live.is_alive() {
         let samples = live.step(&mut session);
+        let hand = samples.poses.first().and_then(|poses| poses.first());
+        let change = device_strokes.as_mut().map_or(StrokeChange::None, |strokes| strokes.update(hand));
         // A step that was cancelled is followed by the command to end.
         if !session.is_cancelled() {
             session_file.step(&session, &samples.device_forces);
@@ -88,6 +93,18 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
         let now = live.seconds();
         let mut changed = false;
         // A stroke that has begun in the step is known by its name before the history is looked at.
+        match change {
+            StrokeChange::None => {}
+            StrokeChange::Began(name) => {
+                in_stroke = true;
+                log.begin(name);
+                autosave.begin_stroke();
+            }
+            StrokeChange::Ended => {
+                in_stroke = false;
+                autosave.end_stroke(now);
+            }
+        }
         for command in commands.try_iter() {
             match command {
                 Command::BeginStroke(name) => {
@@ -183,7 +200,7 @@ fn give_device(
     request: &OpenRequest,
     facts: &ModelFacts,
     notifier: &Notifier,
-) -> (Box<dyn HapticDevice>, Option<LedHand>) {
+) -> (Box<dyn HapticDevice>, Option<DeviceHand>) {
     let real = match real {
         None => return (Box::new(pointer), None),
         Some(Err(text)) => {
@@ -196,7 +213,7 @@ fn give_device(
     let scale = DeviceScale::fit(real.device_info(), size, coupling, peak_force);
     let (guided, handle) = GuidedDevice::new(Box::new(real), pointer, scale);
     let name = request.device.as_ref().map_or_else(String::new, |device| device.plugin.clone());
-    (Box::new(guided), Some(LedHand::new(handle, scale, name)))
+    (Box::new(guided), Some(DeviceHand::new(handle, scale, name)))
 }
 
 /// Whether people should hear of it. A pointer jumps and leaves as a hand does not, what is taken back is in the history, and substeps are in the times

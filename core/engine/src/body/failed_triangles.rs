@@ -66,13 +66,19 @@ impl Body {
                 changed.iter().for_each(|triangle| model.pages.mark(*triangle));
             }
             let FailedTriangles { has_failed, loose_nodes, .. } = &mut self.failed_triangles;
-            let all_failed = |v: &u32| self.model.around(*v).iter().all(|t| has_failed[*t as usize]);
-            let of_failed = (0_u32..).zip(has_failed.iter()).filter(|(_, failed)| **failed);
-            let vertices = of_failed.flat_map(|(triangle, _)| self.model.surface.triangles[triangle as usize]);
+            let nodes_of = |failed: bool| {
+                let those = (0_u32..).zip(has_failed.iter()).filter(move |(_, has_failed)| **has_failed == failed);
+                those.flat_map(|(triangle, _)| sheet.nodes_of(&self.model, triangle))
+            };
             loose_nodes.clear();
-            loose_nodes.extend(vertices.filter(all_failed).map(|v| sheet.node_of(v)));
+            loose_nodes.extend(nodes_of(true));
             loose_nodes.sort_unstable();
             loose_nodes.dedup();
+            // By node and not by vertex: vertices of a seam share one.
+            let mut is_held = vec![false; loose_nodes.len()];
+            nodes_of(false).filter_map(|node| loose_nodes.binary_search(&node).ok()).for_each(|at| is_held[at] = true);
+            let mut held = is_held.iter();
+            loose_nodes.retain(|_| !held.next().copied().unwrap_or(false));
         }
         elements.saturating_sub(before)
     }

@@ -9,7 +9,7 @@ use pliant_editor::HandPlace;
 use pliant_live::{DeviceScale, Guide, GuideHandle};
 
 /// A device that can have the hand.
-pub struct LedHand {
+pub struct DeviceHand {
     handle: GuideHandle,
     /// What was asked for last.
     guide: Guide,
@@ -37,7 +37,7 @@ pub enum HandNews {
     Lost(&'static str),
 }
 
-impl LedHand {
+impl DeviceHand {
     /// A device with its handle, scale and name. It leads at once.
     pub fn new(handle: GuideHandle, scale: DeviceScale, name: String) -> Self {
         Self { handle, guide: Guide { leads: true, ..Guide::default() }, scale, name, pressed: 0 }
@@ -48,11 +48,13 @@ impl LedHand {
         self.guide.leads
     }
 
-    /// Gives the hand to the device, or to the pointer.
+    /// Gives the hand to the device, or to the pointer. The device gets it with the next frame, where the picture then is.
     pub fn set_leads(&mut self, leads: bool) {
         self.guide.leads = leads;
         self.pressed = 0;
-        self.handle.set(self.guide);
+        if !leads {
+            self.handle.set(self.guide);
+        }
     }
 
     /// Whether a stroke is under way.
