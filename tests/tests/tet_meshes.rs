@@ -272,6 +272,69 @@ fn a_body_of_tetrahedra_is_touched_kept_undone_recorded_and_written() {
     bench.pliant(&["run", "next.toml", "-q", "--out", "next"]).expect(0);
 }
 
+/// A mesh rests on a floor with its weight, and a ball larger than its edges is met with the force that a grid of the same body gives.
+#[test]
+fn floors_and_large_tools_meet_a_mesh_as_they_meet_a_grid() {
+    let mesh = TetBox::new([8, 4, 4], [0.08, 0.04, 0.04], 0.12, 4).shuffled(4);
+    let floor = "[[obstacle]]\nname = \"floor\"\nshape = { kind = \"plane\" }\n";
+    let falling =
+        scene("dt = 2e-3\nduration = 1", "neo-hookean", "position = [0, 0, 0.001]", "gravity = [0, 0, -9.81]");
+    let mut session = open(&mesh, &(falling.replace("damping-time = 0 ", "damping-time = 0.02 ") + floor));
+    run(&mut session, 400);
+    let nodes = &session.bodies[0].system.nodes;
+    assert!(nodes.x.iter().all(|x| x.z > -1e-5), "nothing is below the floor");
+    let speed = nodes.v.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    assert!(speed < 1e-3 && nodes.x.iter().any(|x| x.z < 1e-4), "it rests: {speed} m/s");
+    let pressed = |body: &str| {
+        let hand = "[[body.fixed]]\nbox = [[-1, -1, -1], [1, 1, 1e-6]]\n[[device]]\nname = \"hand\"\nframe = { origin = [0.04, 0.02, 0.04] }\nparams = { path = [[0, 0, 0, \
+                    0.025], [0.2, 0, 0, 0.005], [0.4, 0, 0, 0.005]] }\n[[tool]]\nname = \"ball\"\ndevice = \"hand\"\nradius = \"15 mm\"\n[[edit]]\nkind = \
+                    \"touch\"\ntool = \"ball\"\n";
+        let text = scene("dt = 1e-3\nduration = 1", "neo-hookean", "", "").replace("mesh = \"box.msh\"", body);
+        let mut session = open(&mesh, &(text.replace("damping-time = 0 ", "damping-time = 0.01 ") + hand));
+        run(&mut session, 350);
+        session.frame().tools[0].force.norm()
+    };
+    let of_mesh = pressed("mesh = \"box.msh\"");
+    let of_grid = pressed(
+        "shape = { kind = \"box\", cells = 16, size = [0.08, 0.04, 0.04] }\nposition = [0.04, 0.02, 0.02]\ngrid = { level = 4, region = \"whole\" }",
+    );
+    println!("a ball of 15 mm meets {of_mesh} N of the mesh, {of_grid} N of the grid");
+    assert!((of_mesh / of_grid - 1.0).abs() < 0.25 && of_grid > 0.1, "{of_mesh} N, {of_grid} N");
+}
+
+/// Every edit that is not refused acts on a mesh, and no other edit freezes it.
+#[test]
+fn every_edit_acts_on_a_mesh() {
+    let mesh = TetBox::new([8, 4, 4], [0.08, 0.04, 0.04], 0.12, 6).shuffled(6);
+    let shapes = ["touch", "pull", "grab", "inflate", "flatten", "pinch", "relax", "grow", "smooth"];
+    for kind in shapes.into_iter().chain(["pin", "paint"]) {
+        let hand = format!(
+            "[[device]]\nname = \"hand\"\nframe = {{ origin = [0.04, 0.02, 0.04] }}\nparams = {{ path = [[0, 0, 0, 0.02], [0.1, 0, 0, 0.002], [0.2, 0, 0.004, 0.001], [0.3, 0, \
+             0.004, 0.001]] }}\n[[tool]]\nname = \"tip\"\ndevice = \"hand\"\nradius = \"5 mm\"\n[[edit]]\nkind = \"{kind}\"\ntool = \"tip\"\nrelease = \"keep\"\nend = 0.3\n"
+        );
+        let body = "[[body.fixed]]\ngroup = \"low end\"";
+        let text = scene("dt = 2e-3\nduration = 1\nintegrator = \"backward-euler\"", "neo-hookean", body, "");
+        let mut session = open(&mesh, &(text.replace("damping-time = 0 ", "damping-time = 0.01 ") + &hand));
+        let before = session.bodies[0].skin.settled.clone();
+        run(&mut session, 250);
+        let body = &session.bodies[0];
+        assert_eq!(body.frozen, None, "{kind}");
+        let moved = body.skin.settled.iter().zip(before.iter()).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        let lattice = body.discretization.lattice().expect("a solid");
+        match kind {
+            "pin" => assert!(lattice.pinned_points().count() > 0, "{kind}"),
+            "paint" => assert!(!lattice.painted().is_empty(), "{kind}"),
+            _ => assert!(moved > 1e-5 && moved < 0.05, "{kind}: {moved} m"),
+        }
+        let least = lattice
+            .region()
+            .cell_corners
+            .iter()
+            .map(|c| TetMesh::six_volumes(&body.system.nodes.rest, [c[0], c[1], c[2], c[3]]));
+        assert!(least.fold(f64::INFINITY, f64::min) > 0.0, "{kind}: no tetrahedron at rest is inverted");
+    }
+}
+
 /// Groups and numbers of the file select nodes and tetrahedra.
 #[test]
 fn groups_and_numbers_of_the_file_select_its_parts() {
