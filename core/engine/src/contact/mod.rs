@@ -3,6 +3,7 @@
 mod fingertip;
 mod held;
 mod law;
+mod law_point;
 mod layer;
 mod layer_law;
 mod loads;
