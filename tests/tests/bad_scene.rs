@@ -323,7 +323,7 @@ fn hands_that_make_no_sense_are_refused() {
             PARAMS,
             "params = { path = [[0, 0, 0, 0]], peak-force = 0 }",
             0,
-            &["`peak-force`: 0 N is out of range; allowed is 0.001 to 10000 N"],
+            &["`peak-force`: 0 N is out of range; allowed is 1e-12 to 1e15 N"],
         ),
         (
             FRAME,

@@ -151,7 +151,7 @@ impl ParamInfo {
                     return Ok(());
                 }
                 let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
-                let shown = if v.abs() >= 1e15 { format!("{v:e}") } else { v.to_string() };
+                let [shown, min, max] = [*v, *min, *max].map(readable);
                 Err(format!("{shown}{unit} is out of range; allowed is {min} to {max}{unit}"))
             }
             (ParamKind::Choice { choices, .. }, ParamValue::Text(text)) => {
@@ -192,13 +192,21 @@ impl ParamInfo {
     /// Type and range in words, for messages.
     pub fn allowed(&self) -> String {
         match &self.kind {
-            ParamKind::Number { min, max, .. } => format!("a number from {min} to {max} in {}", self.unit),
+            ParamKind::Number { min, max, .. } => {
+                format!("a number from {} to {} in {}", readable(*min), readable(*max), self.unit)
+            }
             ParamKind::Choice { choices, .. } => format!("one of {}", choices.join(", ")),
             ParamKind::Text => "a text".into(),
             ParamKind::Path => "a file".into(),
             ParamKind::Table { columns } => format!("rows of [{}]", columns.join(", ")),
         }
     }
+}
+
+/// A number for people: with an exponent where it would be long.
+fn readable(v: f64) -> String {
+    let is_long = v.abs() >= 1e9 || (v != 0.0 && v.abs() < 1e-6);
+    if is_long { format!("{v:e}") } else { v.to_string() }
 }
 
 /// Copies the C string `ptr`; errors call it `what`.
