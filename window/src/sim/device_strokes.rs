@@ -14,7 +14,7 @@ pub(super) struct DeviceStrokes {
 /// What has begun or ended with a step.
 #[derive(Debug, PartialEq)]
 pub(super) enum StrokeChange {
-    /// Nothing.
+    /// No stroke has begun or ended.
     None,
     /// A stroke of this edit kind has begun, whether or not another has ended.
     Began(&'static str),

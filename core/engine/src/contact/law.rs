@@ -36,6 +36,7 @@ pub struct LawContacts {
 const LOOKS: usize = 8;
 /// Gap, in length scales of the tool, up to which a contact lasts beyond the law's reach.
 pub const LAW_MARGIN: f64 = 0.01;
+
 impl LawContacts {
     /// No contacts yet.
     pub fn new(law: Arc<ContactLaw>) -> Self {
@@ -51,7 +52,7 @@ impl LawContacts {
         }
     }
 
-    /// The law.
+    /// The law of the plugin that gives the tractions.
     pub fn law(&self) -> &ContactLaw {
         &self.law
     }

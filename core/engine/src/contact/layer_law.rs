@@ -27,7 +27,7 @@ pub struct LayerLaw {
 /// A sample in contact.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
-    /// Its number.
+    /// Number of the sample on its body, the same in every step until a cut makes other samples.
     key: u32,
     /// Its position in the rest shape, m.
     rest: Vec3,
@@ -35,7 +35,7 @@ struct Sample {
     point: Vec3,
     /// Its velocity, m/s.
     velocity: Vec3,
-    /// m^2
+    /// Area of the undeformed surface it stands for, m^2.
     area: f64,
 }
 

@@ -22,7 +22,7 @@ pub enum TetMeshError {
         file: PathBuf,
         /// Line, from 1; the last line if something is missing in the whole file.
         line: u32,
-        /// The problem.
+        /// What is wrong with the line, and what is allowed there.
         problem: TetMeshProblem,
     },
     /// The boundary is too large for an OBJ document.
@@ -78,7 +78,7 @@ pub enum TetMeshProblem {
     /// A kind of element that the format does not define.
     #[error("element {number} has type {found}; allowed: a type that the format defines")]
     Kind { number: u64, found: i64 },
-    /// No tetrahedra.
+    /// A file whose cells are all of other kinds; `others` counts them by kind.
     #[error("the file has no tetrahedra, but {others}; allowed: one at least (with Gmsh: `gmsh -3`)")]
     NoTetrahedra { others: String },
     /// A tetrahedron without volume.

@@ -7,7 +7,7 @@ use std::fmt;
 pub enum Note {
     /// Tetrahedra whose nodes were listed the other way around; two nodes of each were exchanged.
     Reoriented {
-        /// How many, and of how many.
+        /// Number of those tetrahedra.
         count: usize,
         /// Number of all tetrahedra.
         of: usize,
@@ -16,7 +16,7 @@ pub enum Note {
     },
     /// Nodes that no tetrahedron has, which are left out.
     UnusedNodes {
-        /// How many.
+        /// Number of nodes that are left out.
         count: usize,
         /// Number of the first in the file.
         first: u64,
@@ -30,7 +30,7 @@ pub enum Note {
     },
     /// Tetrahedra that are nearly flat: they are stiff and need short steps.
     Slivers {
-        /// How many.
+        /// Number of tetrahedra that are nearly flat.
         count: usize,
         /// Number of the worst in the file.
         worst: u64,
@@ -46,14 +46,14 @@ pub enum Note {
     },
     /// The mesh is in several parts, connected by no node.
     Parts {
-        /// How many.
+        /// Number of connected parts, 2 or more.
         count: usize,
     },
     /// Cells without volume that are left out.
     LeftOut {
         /// Name of their kind.
         kind: &'static str,
-        /// How many.
+        /// Number of cells of this kind that are left out.
         count: usize,
     },
     /// Sections of the file that are not read.
