@@ -1,10 +1,12 @@
 //! What happens in the window, without a graphics card: keys, pointer, panels and files, through the names that screen readers hear.
 
-use eframe::egui::{self, Key, Modifiers, PointerButton, Pos2, pos2};
+mod common;
+
+use common::{MIDDLE, arguments, ball, pause, saved, stroke, wait, window_with};
+use eframe::egui::{self, Key, Modifiers, PointerButton};
 use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
-use pliant_editor::DeviceRequest;
 use pliant_engine::body::PINNED_TINT;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
@@ -12,79 +14,15 @@ use pliant_engine::session::{Options, Session, SessionCommand};
 use pliant_host::SearchPath;
 use pliant_mesh::generate;
 use pliant_record::{Recording, state_digest, write_model_to};
-use pliant_window::app::{App, EventLog};
-use pliant_window::arguments::Arguments;
+use pliant_window::app::App;
 use pliant_window::gl::Wireframe;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-
-/// Longest time that anything is waited for.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// A ball of radius 100 mm as a model in a folder.
-fn ball(folder: &Path) -> PathBuf {
-    let path = folder.join("ball.obj");
-    let document = generate::sphere(12, 0.1).unwrap();
-    let mut file = std::fs::File::create(&path).unwrap();
-    let points = document.positions().to_vec();
-    document.write(&points, None, &mut file).unwrap();
-    path
-}
-
-/// A coarse model on one thread, with its shapes beside it.
-fn arguments(path: &Path) -> Arguments {
-    let autosave = Some(path.with_file_name("autosave"));
-    Arguments { path: Some(path.to_owned()), level: 4, threads: 1, autosave, ..Arguments::default() }
-}
+use std::time::Duration;
 
 fn window(path: &Path) -> Harness<'static, App> {
     window_with(arguments(path))
 }
-
-fn window_with(arguments: Arguments) -> Harness<'static, App> {
-    let build = move |creation: &mut eframe::CreationContext<'_>| {
-        let mut app = App::new(creation.egui_ctx.clone(), None, EventLog::none());
-        app.begin(&arguments);
-        app
-    };
-    Harness::builder().with_size(egui::vec2(1200.0, 800.0)).build_eframe(build)
-}
-
-/// Shows frames until something is so.
-fn wait(harness: &mut Harness<'_, App>, what: &str, mut is_so: impl FnMut(&App) -> bool) {
-    let began = Instant::now();
-    loop {
-        harness.step();
-        if is_so(harness.state()) {
-            return;
-        }
-        let state = harness.state();
-        assert!(began.elapsed() < PATIENCE, "waited for {what}: {:?} {:?}", state.status(), state.error());
-        std::thread::sleep(Duration::from_millis(16));
-    }
-}
-
-/// Holds the left button in the picture for some frames, moving a little.
-fn stroke(harness: &mut Harness<'_, App>, at: Pos2) {
-    harness.hover_at(at);
-    (0..5).for_each(|_| pause(harness));
-    harness.drag_at(at);
-    for n in 0..30 {
-        harness.hover_at(at + egui::vec2(n as f32, 0.0));
-        pause(harness);
-    }
-    harness.drop_at(at);
-    pause(harness);
-}
-
-fn pause(harness: &mut Harness<'_, App>) {
-    harness.step();
-    std::thread::sleep(Duration::from_millis(16));
-}
-
-/// The middle of the picture, between the panels.
-const MIDDLE: Pos2 = pos2(570.0, 400.0);
 
 /// A file that is dropped on the window.
 #[derive(Debug)]
@@ -146,13 +84,6 @@ fn a_reference_image_is_shown_again_with_its_model_and_a_broken_one_is_named() {
     wait(&mut last, "the model", App::is_open);
     last.run_steps(10);
     assert!(last.state().reference().is_none(), "what was removed stays away");
-}
-
-/// Saves, and gives the bytes of the file.
-fn saved(harness: &mut Harness<'_, App>, path: &Path) -> Vec<u8> {
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
-    wait(harness, "saving", |app| !app.is_unsaved());
-    std::fs::read(path).unwrap()
 }
 
 #[test]
@@ -573,114 +504,4 @@ fn every_control_has_a_name() {
         }
     }
     assert!(count > 40, "{count} controls");
-}
-
-/// An address of this machine that is free.
-fn free_address() -> String {
-    std::net::UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string()
-}
-
-/// The user of a device that is moved by datagrams.
-struct DeviceUser {
-    socket: std::net::UdpSocket,
-    address: String,
-}
-
-impl DeviceUser {
-    fn new(address: &str) -> Self {
-        let socket = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
-        socket.set_nonblocking(true).unwrap();
-        Self { socket, address: address.to_owned() }
-    }
-
-    /// Moves along the axis towards the user within some frames, from one place to another (m), with these buttons; gives the last force, N.
-    fn go(&self, harness: &mut Harness<'_, App>, [from, to]: [f64; 2], buttons: u32) -> f64 {
-        for n in 0..=20 {
-            let z = from + (to - from) * f64::from(n) / 20.0;
-            self.socket.send_to(format!("0 0 {z} {buttons}").as_bytes(), &self.address).unwrap();
-            pause(harness);
-        }
-        let (mut buffer, mut force) = ([0; 256], 0.0);
-        while let Ok(length) = self.socket.recv(&mut buffer) {
-            let text = String::from_utf8_lossy(&buffer[..length]).into_owned();
-            force = text.split_whitespace().nth(2).unwrap().parse().unwrap();
-        }
-        force
-    }
-}
-
-/// A device feels the model without a button, sculpts with one in the tool that is chosen, and gives the hand back to the mouse.
-#[test]
-fn a_device_has_the_hand_until_the_mouse_takes_it() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = ball(folder.path());
-    let original = std::fs::read(&path).unwrap();
-    let address = free_address();
-    let settings = vec![("address".to_owned(), address.clone()), ("hold".to_owned(), "60".to_owned())];
-    let device = Some(DeviceRequest { plugin: "pointer".into(), settings, ..DeviceRequest::default() });
-    let mut harness = window_with(Arguments { device, ..arguments(&path) });
-    wait(&mut harness, "the model", App::is_open);
-    let user = DeviceUser::new(&address);
-    // The ball takes 70 mm from the middle of the workspace of 200 mm.
-    assert_eq!(user.go(&mut harness, [0.09, 0.08], 0), 0.0, "nothing is near");
-    let felt = user.go(&mut harness, [0.08, 0.062], 0);
-    assert!(felt > 0.05, "{felt} N pushes the hand back");
-    user.go(&mut harness, [0.062, 0.09], 0);
-    assert_eq!(harness.state().status().done, 0, "to feel is no stroke");
-    let pressed = user.go(&mut harness, [0.09, 0.06], 1);
-    assert!(pressed > 0.05 && pressed <= 3.3, "{pressed} N");
-    user.go(&mut harness, [0.06, 0.09], 0);
-    wait(&mut harness, "a stroke", |app| app.status().done == 1);
-    let name = harness.state().status().strokes[0].name;
-    assert_eq!(name, "touch");
-    assert_ne!(saved(&mut harness, &path), original, "the shape was kept");
-    // The knife in the hand, along the axis of the device, from the front.
-    harness.key_press(Key::Num3);
-    user.go(&mut harness, [0.09, -0.09], 1);
-    user.go(&mut harness, [-0.09, 0.09], 0);
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    wait(&mut harness, "undo", |app| app.status().done <= 1);
-    harness.key_press(Key::Num1);
-    let strokes = harness.state().status().done;
-    harness.get_by_role_and_label(Role::ComboBox, "Hand").click_accesskit();
-    harness.run_steps(2);
-    harness.get_by_label("mouse").click_accesskit();
-    harness.run_steps(2);
-    user.go(&mut harness, [0.09, 0.05], 1);
-    assert_eq!(harness.state().status().done, strokes, "the device has no hand any more");
-    stroke(&mut harness, MIDDLE);
-    wait(&mut harness, "a stroke by mouse", |app| app.status().done == strokes + 1);
-}
-
-/// A scene's device is offered, and a device that cannot be opened is named while the mouse has the hand.
-#[test]
-fn a_device_of_the_scene_is_chosen_in_the_panel() {
-    let folder = tempfile::tempdir().unwrap();
-    let address = free_address();
-    ball(folder.path());
-    let scene = folder.path().join("scene.toml");
-    let text = format!(
-        "format = 1\n[[body]]\nname = \"ball\"\nmesh = \"ball.obj\"\nmaterial = {{ plugin = \"mass-spring\" }}\n\
-         grid = {{ level = 4 }}\n[[device]]\nname = \"stylus\"\nplugin = \"pointer\"\n\
-         params = {{ address = \"{address}\", hold = \"60 s\" }}\n[[tool]]\nname = \"tip\"\ndevice = \"stylus\"\n\
-         radius = \"10 mm\"\n[[edit]]\nkind = \"touch\"\ntool = \"tip\"\n"
-    );
-    std::fs::write(&scene, text).unwrap();
-    let device = Some(DeviceRequest { plugin: "no-such-device".into(), ..DeviceRequest::default() });
-    let mut harness = window_with(Arguments { device, ..arguments(&scene) });
-    wait(&mut harness, "the model", App::is_open);
-    let error = harness.state().error().expect("a sentence").to_owned();
-    assert!(error.contains("no-such-device"), "{error}");
-    harness.key_press(Key::Escape);
-    stroke(&mut harness, MIDDLE);
-    wait(&mut harness, "a stroke by mouse", |app| app.status().done == 1);
-    harness.get_by_role_and_label(Role::ComboBox, "Hand").click_accesskit();
-    harness.run_steps(2);
-    harness.get_by_label("stylus").click_accesskit();
-    harness.run_steps(2);
-    wait(&mut harness, "the present shape with the device", |app| app.is_open() && app.status().done == 0);
-    let user = DeviceUser::new(&address);
-    user.go(&mut harness, [0.09, 0.08], 0);
-    let felt = user.go(&mut harness, [0.08, 0.06], 0);
-    assert!(felt > 0.05, "{felt} N");
 }
