@@ -419,6 +419,18 @@ fn edits_probes_and_outputs_that_make_no_sense_are_refused() {
             1,
             &["no tool in use `thumb`; allowed is `finger`"],
         ),
+        (
+            "quantity = \"force\"",
+            "quantity = \"force\"\ndirection = [0, 0, 0]",
+            1,
+            &["direction of a probe is [0.0, 0.0, 0.0]; allowed is finite numbers, not all 0"],
+        ),
+        (
+            "quantity = \"force\"",
+            "quantity = \"depth\"\ndirection = [0, 0, 1]",
+            1,
+            &["direction of `depth`, which is a number", "`force`, `displacement`, `torque`, `obstacle-force`"],
+        ),
         ("quantity = \"force\"", "quantity = \"force\"\ntime = 3", 1, &["time is 3 s; allowed is 0 to 0.01 s"]),
         (
             "quantity = \"force\"",

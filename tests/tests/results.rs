@@ -1,5 +1,7 @@
 //! The files a run leaves: which, what stands in them, and what of the model stays as it was.
 
+use pliant_mesh::geometry::Vec3;
+use pliant_mesh::testing::Random;
 use pliant_tests::models::{elephant, moved_lines};
 use pliant_tests::{Bench, box_scene};
 use serde_json::Value;
@@ -158,4 +160,40 @@ fn every_summary_says_what_was_measured_where_and_with_what() {
     let quiet = bench.pliant(&quiet).expect(1).says(&["probe most", "FAILED"]);
     assert_eq!(quiet.err.lines().count(), 1, "the check that failed and nothing else: {}", quiet.err);
     assert_eq!(bench.summary("off")["probes"][0]["passed"], false);
+}
+
+/// Along three axes at right angles, in random orientations, the squares of the components add up to that of the length; the opposite direction has the opposite sign.
+#[test]
+fn probes_measure_components_along_a_direction() {
+    let bench = Bench::new();
+    let random = &mut Random(5);
+    for _ in 0..6 {
+        let (first, other) = (random.direction(), random.direction());
+        let second = first.cross(&other).normalize();
+        let third = first.cross(&second);
+        let directions = [first, second, third, -third].map(|axis| axis * (0.1 + 5.0 * random.unit()));
+        let mut probes = String::new();
+        for quantity in ["force", "displacement"] {
+            for direction in [None].into_iter().chain(directions.iter().map(Some)) {
+                let along = direction.map_or(String::new(), |d| format!("direction = [{}, {}, {}]", d.x, d.y, d.z));
+                probes +=
+                    &format!("[[probe]]\nname = \"p\"\nquantity = \"{quantity}\"\nat = [0.0, 0.0, 0.02]\n{along}\n");
+            }
+        }
+        bench.write("scene.toml", box_scene("", "", &probes));
+        bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
+        let summary = bench.summary("out");
+        let values: Vec<f64> = summary["probes"]
+            .as_array()
+            .expect("probes")
+            .iter()
+            .map(|p| p["value"].as_f64().expect("a value"))
+            .collect();
+        for of in values.chunks(5) {
+            let &[length, a, b, c, opposite] = of else { panic!("{values:?}") };
+            assert!(length > 0.0, "{values:?}");
+            assert!((Vec3::new(a, b, c).norm() - length).abs() < 1e-12 * length, "{values:?}");
+            assert!((c + opposite).abs() < 1e-12 * length, "{values:?}");
+        }
+    }
 }

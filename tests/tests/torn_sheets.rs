@@ -121,7 +121,7 @@ impl Torn {
         self.session.update_surface();
         let quantity = Quantity::find(name).unwrap_or_else(|| panic!("no quantity `{name}`"));
         let session = &self.session;
-        (quantity.read)(&Reading { session, frame: session.frame(), of: 0, part: None, vertex: 0 })
+        quantity.value(&Reading { session, frame: session.frame(), of: 0, part: None, vertex: 0 }, None)
     }
 
     /// The triangles that viewers draw, and those that the file has, as corners, m.

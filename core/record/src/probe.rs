@@ -44,8 +44,8 @@ struct ProbeState {
     probe: Probe,
     /// Vertex of the rest surface nearest to the probe's point; 0 without a point.
     vertex: usize,
-    /// Value, SI.
-    value: f64,
+    /// Value, SI; `None` before the first measurement of a component, which may be negative.
+    value: Option<f64>,
     /// Time at which `value` was measured, s.
     time: f64,
     /// Whether the time of the probe has passed.
@@ -71,7 +71,8 @@ impl ProbeReader {
                 }
                 _ => 0,
             };
-            ProbeState { probe: probe.clone(), vertex, value: 0.0, time: 0.0, done: false }
+            let value = probe.direction.is_none().then_some(0.0);
+            ProbeState { probe: probe.clone(), vertex, value, time: 0.0, done: false }
         };
         Self { readings: session.plan().probes.iter().map(reading).collect() }
     }
@@ -91,9 +92,9 @@ impl ProbeReader {
             }
             let (of, vertex) = (reading.probe.of, reading.vertex);
             let part = reading.probe.part;
-            let value = (quantity.read)(&Reading { session, frame, of, part, vertex });
-            if !reading.probe.greatest || value > reading.value || !value.is_finite() {
-                (reading.value, reading.time) = (value, frame.time);
+            let value = quantity.value(&Reading { session, frame, of, part, vertex }, reading.probe.direction);
+            if !reading.probe.greatest || reading.value.is_none_or(|most| value > most) || !value.is_finite() {
+                (reading.value, reading.time) = (Some(value), frame.time);
             }
             reading.done = frame.time >= reading.probe.time * (1.0 - 1e-12);
         }
@@ -102,13 +103,14 @@ impl ProbeReader {
     /// The results, in the order of the scene.
     pub(crate) fn results(&self) -> Vec<ProbeResult> {
         let result = |r: &ProbeState| {
+            let value = r.value.unwrap_or(0.0);
             let error = r.probe.expected.map(|expected| {
-                let difference = (r.value - expected).abs();
+                let difference = (value - expected).abs();
                 if expected == 0.0 { difference } else { difference / expected.abs() }
             });
             ProbeResult {
                 name: r.probe.name.clone(),
-                value: r.value,
+                value,
                 time: r.time,
                 expected: r.probe.expected,
                 error,

@@ -1,6 +1,6 @@
 //! Area of a body's surface.
 
-use super::{Quantity, Reading};
+use super::{Measure, Quantity, Reading};
 use pliant_solver::Vec3;
 
 /// Area of the surface of a body or of a part of it, in its present shape, m^2; NaN for a part that is not there.
@@ -11,7 +11,7 @@ pub(super) static AREA: Quantity = Quantity {
     needs_surface: true,
     is_costly: true,
     reads_parts: true,
-    read,
+    measure: Measure::Scalar(read),
     ..Quantity::OF_BODY
 };
 

@@ -1,13 +1,13 @@
 //! Area of the cuts inside of closed bodies.
 
-use super::{Quantity, Reading};
+use super::{Measure, Quantity, Reading};
 
 /// Area of the cuts inside of closed bodies, one side of two, m^2.
 pub(super) static CUT_AREA: Quantity = Quantity {
     name: "cut-area",
     summary: "Area of the cuts inside of closed bodies, one side of two, m^2.",
     unit: "m^2",
-    read,
+    measure: Measure::Scalar(read),
     ..Quantity::OF_BODY
 };
 

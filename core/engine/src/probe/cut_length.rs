@@ -1,13 +1,13 @@
 //! Length of the cuts through surfaces.
 
-use super::{Quantity, Reading};
+use super::{Measure, Quantity, Reading};
 
 /// Length of the cuts through surfaces, one side of two, m.
 pub(super) static CUT_LENGTH: Quantity = Quantity {
     name: "cut-length",
     summary: "Length of the cuts through surfaces, one side of two, m.",
     unit: "m",
-    read,
+    measure: Measure::Scalar(read),
     ..Quantity::OF_BODY
 };
 

@@ -1,6 +1,6 @@
 //! Depth to which a tool displaces the surface.
 
-use super::{Quantity, Reading, Subject};
+use super::{Measure, Quantity, Reading, Subject};
 
 /// Depth to which the surface is pushed in, or pulled out, at the contact of a tool, m.
 pub(super) static DEPTH: Quantity = Quantity {
@@ -8,7 +8,7 @@ pub(super) static DEPTH: Quantity = Quantity {
     summary: "How far the surface is pushed in, or pulled out, at the contact, m.",
     unit: "m",
     subject: Subject::Tool,
-    read,
+    measure: Measure::Scalar(read),
     ..Quantity::OF_BODY
 };
 

@@ -1,6 +1,6 @@
 //! Elastic energy of all bodies.
 
-use super::{Quantity, Reading};
+use super::{Measure, Quantity, Reading};
 
 /// Elastic energy of all bodies, J.
 pub(super) static ELASTIC_ENERGY: Quantity = Quantity {
@@ -8,7 +8,7 @@ pub(super) static ELASTIC_ENERGY: Quantity = Quantity {
     summary: "Elastic energy of all bodies, J.",
     unit: "J",
     needs_energy: true,
-    read,
+    measure: Measure::Scalar(read),
     ..Quantity::OF_BODY
 };
 

@@ -1,17 +1,18 @@
 //! Force on the hand.
 
-use super::{Quantity, Reading, Subject};
+use super::{Measure, Quantity, Reading, Subject};
+use pliant_solver::Vec3;
 
-/// Norm of the force on the hand before force safety, N.
+/// Force on the hand before force safety, N.
 pub(super) static FORCE: Quantity = Quantity {
     name: "force",
     summary: "Force on the hand before force safety, N.",
     unit: "N",
     subject: Subject::Tool,
-    read,
+    measure: Measure::Vector(read),
     ..Quantity::OF_BODY
 };
 
-fn read(reading: &Reading<'_>) -> f64 {
-    reading.frame.tools.get(reading.of).map_or(0.0, |tool| tool.force.norm())
+fn read(reading: &Reading<'_>) -> Vec3 {
+    reading.frame.tools.get(reading.of).map_or(Vec3::zeros(), |tool| tool.force)
 }

@@ -1,6 +1,6 @@
 //! Kinetic energy of all bodies.
 
-use super::{Quantity, Reading};
+use super::{Measure, Quantity, Reading};
 
 /// Kinetic energy of all bodies, J.
 pub(super) static KINETIC_ENERGY: Quantity = Quantity {
@@ -8,7 +8,7 @@ pub(super) static KINETIC_ENERGY: Quantity = Quantity {
     summary: "Kinetic energy of all bodies, J.",
     unit: "J",
     needs_energy: true,
-    read,
+    measure: Measure::Scalar(read),
     ..Quantity::OF_BODY
 };
 

@@ -58,7 +58,16 @@ pub struct Quantity {
     /// Whether it is read only in the steps in which a probe is due, as reading is slow. A probe of the largest value is due in every step.
     pub is_costly: bool,
     /// Reads the value, SI.
-    pub read: fn(&Reading<'_>) -> f64,
+    pub measure: Measure,
+}
+
+/// How a quantity is read, SI.
+#[derive(Clone, Copy)]
+pub enum Measure {
+    /// A number.
+    Scalar(fn(&Reading<'_>) -> f64),
+    /// A vector along the axes of the scene; a probe measures its length, or its component along the probe's `direction`.
+    Vector(fn(&Reading<'_>) -> Vec3),
 }
 
 /// The subject of a quantity.
@@ -127,8 +136,24 @@ impl Quantity {
         needs_place: false,
         reads_parts: false,
         is_costly: false,
-        read: |_| 0.0,
+        measure: Measure::Scalar(|_| 0.0),
     };
+
+    /// Whether a probe can measure a component of it along a direction.
+    pub fn is_vector(&self) -> bool {
+        matches!(self.measure, Measure::Vector(_))
+    }
+
+    /// Its value, SI: of a vector the length, or the component along `direction` (a unit vector, which a number ignores).
+    pub fn value(&self, reading: &Reading<'_>, direction: Option<Vec3>) -> f64 {
+        match self.measure {
+            Measure::Scalar(read) => read(reading),
+            Measure::Vector(read) => {
+                let vector = read(reading);
+                direction.map_or_else(|| vector.norm(), |along| vector.dot(&along))
+            }
+        }
+    }
 }
 
 impl fmt::Debug for Quantity {

@@ -1,17 +1,18 @@
 //! Force of bodies on an obstacle.
 
-use super::{Quantity, Reading, Subject};
+use super::{Measure, Quantity, Reading, Subject};
+use pliant_solver::Vec3;
 
-/// Norm of the force of all bodies on an obstacle, N.
+/// Force of all bodies on an obstacle, N.
 pub(super) static OBSTACLE_FORCE: Quantity = Quantity {
     name: "obstacle-force",
     summary: "Force of all bodies on an obstacle, N.",
     unit: "N",
     subject: Subject::Obstacle,
-    read,
+    measure: Measure::Vector(read),
     ..Quantity::OF_BODY
 };
 
-fn read(reading: &Reading<'_>) -> f64 {
-    reading.session.obstacles().get(reading.of).map_or(0.0, |obstacle| obstacle.force.norm())
+fn read(reading: &Reading<'_>) -> Vec3 {
+    reading.session.obstacles().get(reading.of).map_or(Vec3::zeros(), |obstacle| obstacle.force)
 }

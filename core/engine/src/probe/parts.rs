@@ -1,6 +1,6 @@
 //! Number of connected parts of a body.
 
-use super::{Quantity, Reading};
+use super::{Measure, Quantity, Reading};
 use pliant_mesh::NO_SHELL;
 
 /// Number of connected parts of a body, where a stitched seam connects; 1 for a body that is not simulated.
@@ -9,7 +9,7 @@ pub(super) static PARTS: Quantity = Quantity {
     summary: "Number of connected parts of a body.",
     unit: "1",
     is_costly: true,
-    read,
+    measure: Measure::Scalar(read),
     ..Quantity::OF_BODY
 };
 

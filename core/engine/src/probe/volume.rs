@@ -1,6 +1,6 @@
 //! Volume that a closed surface encloses.
 
-use super::{Quantity, Reading};
+use super::{Measure, Quantity, Reading};
 use pliant_solver::Vec3;
 
 /// Volume that a closed surface, or a closed part of it, encloses, m^3, by the divergence theorem; NaN for a part that is not there.
@@ -11,7 +11,7 @@ pub(super) static VOLUME: Quantity = Quantity {
     needs_surface: true,
     is_costly: true,
     reads_parts: true,
-    read,
+    measure: Measure::Scalar(read),
     ..Quantity::OF_BODY
 };
 
