@@ -161,6 +161,17 @@ unsafe fn guarded<R: Role>(plugin: *const Plugin, body: impl FnOnce(&Instance<R>
     }
 }
 
+/// Passes a warning to the host of `plugin`, cut to the 255 bytes it keeps.
+///
+/// # Safety
+/// `plugin` came from [`create`] with this role and is alive.
+#[allow(unsafe_code, reason = "dereferences the host's pointer")]
+pub unsafe fn warn<R: Role>(plugin: *const Plugin, text: &str) {
+    // SAFETY: `data` was set by `create` to the instance that holds `plugin`.
+    let instance = unsafe { &*(*plugin).data.cast::<Instance<R>>() };
+    report(instance.host, abi::WARNING, text);
+}
+
 /// Passes one line to the host, cut to the 255 bytes it keeps. Does not allocate.
 #[allow(unsafe_code, reason = "calls back into the host")]
 pub(crate) fn report(host: *const abi::Host, severity: u32, text: &str) {

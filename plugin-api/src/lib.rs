@@ -14,6 +14,7 @@ pub mod batch;
 pub mod blocks;
 mod cell;
 mod contact_law;
+mod crack_band;
 mod device;
 #[doc(hidden)]
 pub mod export;
@@ -35,6 +36,7 @@ pub use batch::{Elements, Field, NodeScalars, NodeVectors, NodeWindow, Planes};
 pub use blocks::{BlockScalar, BlockWindow, Blocks, SingleBlocks, pair_index};
 pub use cell::CELL_TETRAHEDRA;
 pub use contact_law::{AsContactLaw, ContactLaw, ContactPoint, MAX_CONTACT_HISTORY, PointTraction};
+pub use crack_band::{CrackBand, TooWide};
 pub use device::{AsDevice, Device, Finding};
 pub use fault::Fault;
 pub use grid::{AsGrid, Grid, Location, RegionRequest, RegionSink, SurfaceView};

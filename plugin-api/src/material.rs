@@ -5,7 +5,7 @@ use crate::batch::{Elements, NodeScalars, NodeVectors, Planes, Strides};
 use crate::blocks::{Blocks, SingleBlocks};
 use crate::fault::Fault;
 use crate::info::Info;
-use crate::instance::{Role, call, with_params};
+use crate::instance::{Role, call, warn, with_params};
 use crate::normals::{NormalForces, unit_normals};
 use crate::param::{Param, Params, position};
 use core::ffi::{CStr, c_char, c_void};
@@ -75,6 +75,12 @@ pub trait Material: Send + Sync + Sized + 'static {
     /// # Errors
     /// An element whose rest shape cannot be used.
     fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault>;
+
+    /// What is doubtful about elements whose rest data was just written, in one line of at most 255 bytes for people: the host shows it as a warning. It may
+    /// allocate where it has something to say.
+    fn rest_warning(&self, _elements: &Elements<'_>) -> Option<String> {
+        None
+    }
 
     /// Adds the elements' lumped masses to their nodes, kg.
     ///
@@ -376,9 +382,10 @@ impl<T: Material> AsMaterial<T> {
         // SAFETY: the host's promises of the header: a live instance, a batch borrowed for the call, planes of its range.
         unsafe {
             call::<Self, _>(plugin, |active| {
-                active
-                    .material
-                    .rest(&active.elements(&*batch), &mut Planes::new(&*batch, out, active.strides(&*batch).rest))
+                let elements = active.elements(&*batch);
+                active.material.rest(&elements, &mut Planes::new(&*batch, out, active.strides(&*batch).rest))?;
+                active.material.rest_warning(&elements).into_iter().for_each(|text| warn::<Self>(plugin, &text));
+                Ok(())
             })
         }
     }
@@ -394,7 +401,9 @@ impl<T: Material> AsMaterial<T> {
             call::<Self, _>(plugin, |active| {
                 let mut elements = active.elements(&*batch);
                 elements.3 = directions;
-                active.material.rest(&elements, &mut Planes::new(&*batch, out, active.strides(&*batch).rest))
+                active.material.rest(&elements, &mut Planes::new(&*batch, out, active.strides(&*batch).rest))?;
+                active.material.rest_warning(&elements).into_iter().for_each(|text| warn::<Self>(plugin, &text));
+                Ok(())
             })
         }
     }

@@ -12,6 +12,7 @@ pub mod cloth;
 pub mod faults;
 pub mod models;
 pub mod native;
+pub mod pulling;
 pub mod result_sets;
 pub mod solid;
 pub mod sweep;

@@ -17,6 +17,10 @@ impl ForceModel for Material {
         format!("{} ({})", self.name(), self.library().path().display())
     }
 
+    fn last_warning(&self) -> Option<String> {
+        self.instance.last_warning()
+    }
+
     fn requests(&self) -> &[ElementRequest] {
         &self.requests
     }

@@ -258,6 +258,12 @@ impl Instance {
         self.quarantined.load(Ordering::Relaxed)
     }
 
+    /// The last warning of the plugin.
+    pub(crate) fn last_warning(&self) -> Option<String> {
+        // SAFETY: as in `messages`.
+        unsafe { &*self.inbox }.last_warning()
+    }
+
     /// Messages of the plugin since the last call.
     pub(crate) fn messages(&self) -> NewMessages {
         // SAFETY: the inbox lives until this is dropped, and is `Sync`.

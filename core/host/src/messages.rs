@@ -43,6 +43,8 @@ struct Lines {
     count: usize,
     /// Slots; the first `count` are in use.
     slots: [Line; CAPACITY],
+    /// The last warning, which stays when messages are taken.
+    warning: Option<Line>,
 }
 
 /// A message in a slot.
@@ -56,7 +58,22 @@ struct Line {
 
 impl Default for Lines {
     fn default() -> Self {
-        Self { count: 0, slots: [Line { severity: 0, text: [0; SLOT] }; CAPACITY] }
+        Self { count: 0, slots: [Line { severity: 0, text: [0; SLOT] }; CAPACITY], warning: None }
+    }
+}
+
+impl Line {
+    /// A line with the first bytes of `text`.
+    fn new(severity: u32, text: &[u8]) -> Self {
+        let (mut line, len) = (Self { severity, text: [0; SLOT] }, text.len().min(SLOT - 1));
+        line.text[..len].copy_from_slice(&text[..len]);
+        line
+    }
+
+    /// The line as a message.
+    fn message(&self) -> Message {
+        let end = self.text.iter().position(|b| *b == 0).unwrap_or(SLOT - 1);
+        Message { severity: self.severity, text: String::from_utf8_lossy(&self.text[..end]).into_owned() }
     }
 }
 
@@ -64,28 +81,33 @@ impl Inbox {
     /// Messages since the last call.
     pub(crate) fn take(&self) -> NewMessages {
         let mut lines = self.lines.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let read = |line: &Line| {
-            let end = line.text.iter().position(|b| *b == 0).unwrap_or(SLOT - 1);
-            Message { severity: line.severity, text: String::from_utf8_lossy(&line.text[..end]).into_owned() }
-        };
-        let messages = lines.slots[..lines.count].iter().map(read).collect();
+        let messages = lines.slots[..lines.count].iter().map(Line::message).collect();
         lines.count = 0;
         NewMessages { messages, lost: self.dropped.swap(0, Ordering::Relaxed) }
     }
 
+    /// Text of the last warning, whether messages were taken since or not.
+    pub(crate) fn last_warning(&self) -> Option<String> {
+        let lines = self.lines.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        lines.warning.as_ref().map(|line| line.message().text)
+    }
+
     /// Stores a message, or counts it as lost.
     fn push(&self, severity: u32, text: &[u8]) {
-        match self.lines.try_lock() {
-            Ok(mut lines) if lines.count < CAPACITY => {
-                let at = lines.count;
-                let len = text.len().min(SLOT - 1);
-                lines.slots[at] = Line { severity, text: [0; SLOT] };
-                lines.slots[at].text[..len].copy_from_slice(&text[..len]);
-                lines.count += 1;
-            }
-            _ => {
-                self.dropped.fetch_add(1, Ordering::Relaxed);
-            }
+        let Ok(mut lines) = self.lines.try_lock() else {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+            return;
+        };
+        let line = Line::new(severity, text);
+        if severity == abi::WARNING {
+            lines.warning = Some(line);
+        }
+        let at = lines.count;
+        if at < CAPACITY {
+            lines.slots[at] = line;
+            lines.count += 1;
+        } else {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }
 }
@@ -120,5 +142,10 @@ mod tests {
         assert_eq!(messages[5].text, "line 5");
         inbox.push(abi::ERROR, &[b'x'; 400]);
         assert_eq!(inbox.take().messages[0].text.len(), 255);
+        assert_eq!(inbox.last_warning(), None);
+        (0..40).for_each(|i| inbox.push(abi::WARNING, format!("doubt {i}").as_bytes()));
+        inbox.push(abi::INFO, b"line");
+        assert_eq!(inbox.take().messages[3].text, "doubt 3");
+        assert_eq!(inbox.last_warning().as_deref(), Some("doubt 39"), "of a full inbox too, and for good");
     }
 }

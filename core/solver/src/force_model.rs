@@ -83,6 +83,11 @@ pub trait ForceModel: Send + Sync {
         self.name().to_owned()
     }
 
+    /// What the model last found doubtful about its elements, for people; `None` where nothing is.
+    fn last_warning(&self) -> Option<String> {
+        None
+    }
+
     /// Element kinds the model acts on, with what it computes for each.
     fn requests(&self) -> &[ElementRequest];
 

@@ -26,23 +26,29 @@ pub fn add_mass(elements: &Elements<'_>, density: impl Fn(usize) -> f64, out: &m
     }
 }
 
-/// The shapes at rest of a call's elements, and their plastic flow or fibres if they have any.
+/// The shapes at rest of a call's elements, and their plastic flow, damage or fibres if they have any.
 #[derive(Clone, Copy)]
 pub struct Shapes<'a> {
     rest: [&'a [f64]; STRIDE],
     flow: Option<[&'a [f64]; 9]>,
+    damage: Option<&'a [f64]>,
     pub(super) fibres: Option<FibrePlanes<'a>>,
 }
 
 impl<'a> Shapes<'a> {
     /// The shapes of elements whose rest data [`write_rest_data`](super::write_rest_data) wrote.
     pub fn new(elements: &Elements<'a>) -> Self {
-        Self { rest: rest_planes(elements), flow: None, fibres: None }
+        Self { rest: rest_planes(elements), flow: None, damage: None, fibres: None }
     }
 
     /// The same after a plastic deformation Fp: planes of `Fp^-1 - I` by rows, from the history. The energy is then one of `F Fp^-1`.
     pub fn after_flow(self, flow: [&'a [f64]; 9]) -> Self {
         Self { flow: Some(flow), ..self }
+    }
+
+    /// The same with a damage, 0 to 1, of each element, from the history: energy, forces, stiffness and viscosity are what it leaves of them.
+    pub fn with_damage(self, damage: &'a [f64]) -> Self {
+        Self { damage: Some(damage), ..self }
     }
 
     /// The same with fibres, whose rest data [`write_fibres`](super::write_fibres) wrote.
@@ -59,7 +65,11 @@ impl<'a> Shapes<'a> {
                 gradients[corner][i] = Wide::load_clamped(simd, self.rest[3 * corner + i], e);
             }
         }
-        let shape = Tetrahedron::from_gradients(gradients, Wide::load_clamped(simd, self.rest[9], e));
+        let mut volume = Wide::load_clamped(simd, self.rest[9], e);
+        if let Some(damage) = self.damage {
+            volume = volume * (Wide(simd.splat_f64s(1.0), simd) - Wide::load_clamped(simd, damage, e));
+        }
+        let shape = Tetrahedron::from_gradients(gradients, volume);
         let Some(flow) = &self.flow else { return shape };
         let mut inverse = [Vec3([Wide(simd.splat_f64s(0.0), simd); 3]); 3];
         for i in 0..3 {
@@ -73,7 +83,10 @@ impl<'a> Shapes<'a> {
 
     /// Shape of element `e`.
     pub fn at(&self, e: usize) -> Tetrahedron {
-        let shape = Tetrahedron::from_rest_data(&self.rest, e);
+        let mut shape = Tetrahedron::from_rest_data(&self.rest, e);
+        if let Some(damage) = self.damage {
+            shape.volume *= 1.0 - damage[e];
+        }
         let Some(flow) = &self.flow else { return shape };
         let entry = |i: usize, j: usize| (if i == j { 1.0 } else { 0.0 }) + flow[3 * i + j][e];
         let inverse: Mat3 = [0, 1, 2].map(|i| Vec3([0, 1, 2].map(|j| entry(i, j))));

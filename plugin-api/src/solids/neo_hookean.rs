@@ -42,6 +42,27 @@ impl StableNeoHookean {
         0.5 * self.mu * (ic - 3.0 - log) + 0.5 * self.lambda * (j - 1.0) * (j - 1.0 + 2.0 * one_minus_alpha)
     }
 
+    /// The stretch across a bar that is stretched by `stretch` along its axis, above 0, with nothing that holds its sides: where the stress across it is zero.
+    pub fn lateral_stretch(&self, stretch: f64) -> f64 {
+        // Zero stress across, `mu (1 - 1/(I_C + 1)) + lambda l (l s - alpha) = 0`, is a quadratic equation in the square s of the lateral stretch with one
+        // positive root.
+        let (square, stiffness) = (stretch * stretch, self.lambda * stretch);
+        let rest = square + 1.0;
+        let a = 2.0 * self.lambda * square;
+        let b = 2.0 * self.mu + stiffness * (stretch * rest - 2.0 * self.alpha);
+        let c = self.mu * square - stiffness * self.alpha * rest;
+        let root = (b * b - 4.0 * a * c).sqrt();
+        // The form of the root that does not cancel.
+        if b > 0.0 { (-2.0 * c / (b + root)).sqrt() } else { ((root - b) / (2.0 * a)).sqrt() }
+    }
+
+    /// Nominal stress of that bar, Pa.
+    pub fn bar_stress(&self, stretch: f64) -> f64 {
+        let across = self.lateral_stretch(stretch).powi(2);
+        let ic = stretch * stretch + 2.0 * across;
+        self.shear(ic) * stretch + self.pressure(stretch * across) * across
+    }
+
     /// First Piola-Kirchhoff stress dpsi/dF, Pa.
     #[inline(always)]
     pub fn stress<T: Real>(&self, f: &Mat3<T>) -> Mat3<T> {

@@ -72,6 +72,14 @@ impl<T: Real> Tetrahedron<T> {
         out
     }
 
+    /// Extent of the element across a crack with the unit normal `n`, m: `2 / sum_a |gradient_a . n|` (Oliver 1989). The greatest of all directions is that
+    /// along the longest edge.
+    pub fn crack_band_width(&self, n: Vec3<T>) -> T {
+        let g = &self.gradient;
+        let sum = g[0].dot(n).abs() + g[1].dot(n).abs() + g[2].dot(n).abs() + g[3].dot(n).abs();
+        sum.splat(2.0) / sum
+    }
+
     /// Force on each corner, N, of a first Piola-Kirchhoff stress, Pa.
     #[inline(always)]
     pub fn forces(&self, stress: &Mat3<T>) -> [Vec3<T>; 4] {

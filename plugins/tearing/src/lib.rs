@@ -11,10 +11,10 @@
 mod damage;
 mod triangle;
 
-use damage::Softening;
+use damage::{Strength, nominal};
 use pliant_plugin_api::{
-    AsMaterial, Blocks, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param, Params,
-    Planes, TangentScale, abi, export_plugins, pair_index,
+    AsMaterial, Blocks, CrackBand, ElementRequest, Elements, Fault, Info, Material, NodeScalars, NodeVectors, Param,
+    Params, Planes, TangentScale, TooWide, abi, export_plugins, pair_index,
 };
 use triangle::{PlaneStress, Triangle, Vec2};
 
@@ -57,15 +57,30 @@ const PARAMS: &[Param] = &[
 /// (principal stretch less 1) at which damage begins and is complete.
 const REST: u32 = 8;
 
+/// Twice the area of a triangle with these material coordinates (m), m^2.
+fn double_area([a, b, c]: &[Vec2; 3]) -> f64 {
+    let side = |to: &Vec2| [to[0] - a[0], to[1] - a[1]];
+    let (p, q) = (side(b), side(c));
+    p[0] * q[1] - p[1] * q[0]
+}
+
 impl Tearing {
+    /// Young's modulus (Pa), strength, and fracture energy (J/m^2) of triangle `e` of a call.
+    fn constants(&self, elements: &Elements<'_>, e: usize) -> (f64, Strength, f64) {
+        let factor = |key: &str| elements.field(key).factor(e);
+        let young = self.young * factor("young");
+        let strength = Strength::new(young, self.strength * factor("strength"));
+        (young, strength, self.fracture_energy * factor("fracture-energy"))
+    }
+
     /// Triangle `e` of a call in its present state, with its damage.
     fn triangle(&self, elements: &Elements<'_>, e: usize, nodes: [u32; 3]) -> Triangle {
         let rest = |plane: usize| elements.rest_data(plane)[e];
         let inverse = [[rest(0), rest(1)], [rest(2), rest(3)]];
         let at = |of: &[[f64; 3]]| nodes.map(|n| of[n as usize]);
         let law = PlaneStress::new(rest(5), self.poisson);
-        let softening = Softening { begin: rest(6), end: rest(7) };
-        let intact = rest(4) * (1.0 - softening.damage(elements.history(0)[e]));
+        let band = CrackBand { begin: rest(6), end: rest(7) };
+        let intact = rest(4) * (1.0 - band.damage(elements.history(0)[e], nominal));
         Triangle::new(at(elements.x()), at(elements.v()), inverse, law, intact, self.damping_time)
     }
 }
@@ -98,20 +113,18 @@ impl Material for Tearing {
     }
 
     fn rest(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
-        let factors = ["young", "strength", "fracture-energy"].map(|key| elements.field(key));
         let out = out.first_planes::<{ REST as usize }>();
-        for (e, [a, b, c]) in elements.material_coordinates::<3>().iter().enumerate() {
+        for (e, corners) in elements.material_coordinates::<3>().iter().enumerate() {
+            let [a, b, c] = corners;
             let side = |to: &Vec2| [to[0] - a[0], to[1] - a[1]];
             let (p, q) = (side(b), side(c));
-            let double_area = p[0] * q[1] - p[1] * q[0];
+            let double_area = double_area(corners);
             if double_area.is_nan() || double_area <= 0.0 {
                 let index = elements.first_index() + e;
                 return Err(Fault::bad_argument(format!("triangle {index} has no area at rest")));
             }
-            let young = self.young * factors[0].factor(e);
-            let strength = self.strength * factors[1].factor(e);
-            let energy = self.fracture_energy * factors[2].factor(e);
-            let softening = Softening::new(young, strength, energy, double_area.sqrt());
+            let (young, strength, energy) = self.constants(elements, e);
+            let band = strength.band(energy, double_area.sqrt());
             let values = [
                 q[1] / double_area,
                 -q[0] / double_area,
@@ -119,12 +132,21 @@ impl Material for Tearing {
                 p[0] / double_area,
                 0.5 * double_area * self.thickness,
                 young,
-                softening.begin,
-                softening.end,
+                band.begin,
+                band.end,
             ];
             values.into_iter().enumerate().for_each(|(plane, value)| out[plane][e] = value);
         }
         Ok(())
+    }
+
+    fn rest_warning(&self, elements: &Elements<'_>) -> Option<String> {
+        let mut met = TooWide::default();
+        for (e, corners) in elements.material_coordinates::<3>().iter().enumerate() {
+            let (_, strength, energy) = self.constants(elements, e);
+            met.meet(double_area(corners).sqrt(), strength.largest_width(energy));
+        }
+        met.warning("triangles")
     }
 
     fn mass(&self, elements: &Elements<'_>, out: &mut NodeScalars<'_>) -> Result<(), Fault> {

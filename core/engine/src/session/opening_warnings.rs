@@ -40,6 +40,7 @@ impl Session {
                 }
                 continue;
             }
+            self.warnings.material_places.push(place(given.material.plugin.span()));
             let body = &self.bodies[moving];
             let extents = extents(&body.model);
             if !(is_replaced && index == 0) {

@@ -23,6 +23,8 @@ pub enum WarningCode {
     ChangesNothing,
     /// An edit cut nothing.
     CutsNothing,
+    /// A material finds elements of a body doubtful.
+    DoubtfulElements,
     /// A tetrahedral mesh has something that its user may not expect.
     DoubtfulMesh,
     /// The scene gives no size of a model, and one metre per file unit does not fit the tool.
@@ -56,6 +58,7 @@ impl WarningCode {
             Self::CoarseSheet => "coarse-sheet",
             Self::ChangesNothing => "changes-nothing",
             Self::CutsNothing => "cuts-nothing",
+            Self::DoubtfulElements => "doubtful-elements",
             Self::DoubtfulMesh => "doubtful-mesh",
             Self::DoubtfulUnits => "doubtful-units",
             Self::FewerThreads => "fewer-threads",
@@ -120,6 +123,8 @@ pub(super) struct Warnings {
     /// Statistics of each edit of the plan.
     pub(super) tallies: Vec<EditTally>,
     pub(super) overlaps: OverlapDetection,
+    /// Location of the material of each moving body.
+    pub(super) material_places: Vec<String>,
 }
 
 impl Warnings {
@@ -130,6 +135,7 @@ impl Warnings {
             scene_file,
             tallies: vec![EditTally::default(); edits],
             overlaps: OverlapDetection::default(),
+            material_places: Vec::new(),
         }
     }
 }
@@ -139,6 +145,7 @@ impl Session {
     pub fn warnings(&self) -> Vec<Warning> {
         let mut all = self.warnings.opening.clone();
         all.extend(self.warnings.overlaps.warnings.iter().cloned());
+        all.extend(self.warn_elements());
         all.extend(self.unmet_obstacles());
         all.extend(self.warn_threads());
         for (index, (edit, tally)) in self.plan.edits.iter().zip(&self.warnings.tallies).enumerate() {
@@ -148,6 +155,16 @@ impl Session {
             }
         }
         all
+    }
+
+    /// What materials find doubtful about the elements of their bodies, of a local region those it last had.
+    fn warn_elements(&self) -> impl Iterator<Item = Warning> + '_ {
+        let bodies = self.bodies.iter().zip(&self.warnings.material_places);
+        bodies.filter_map(|(body, place)| {
+            let (name, material, text) = (&body.name, &body.system.material, body.system.material.last_warning()?);
+            let message = format!("material `{}` of body `{name}`: {text}", material.name());
+            Some(Warning { code: WarningCode::DoubtfulElements, place: place.clone(), message })
+        })
     }
 
     /// A warning if the session runs on one thread because the system refused to create others.
