@@ -30,6 +30,7 @@ pub use algebra::{Block, Vec3, matrix3};
 pub use constraint::Constraint;
 pub use coupled::CoupledHinges;
 pub use elements::chunk::{Chunk, Schedule};
+pub use elements::corner_weights::CornerWeights;
 pub use elements::{ElementList, ElementSet};
 pub use f32_matrix::F32Matrix;
 pub use force_model::{ElementCall, ForceError, ForceModel, StepTime};

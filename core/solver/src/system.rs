@@ -139,8 +139,7 @@ impl System {
         mass.resize(self.nodes.len(), 0.0);
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_MASS)) {
             for chunk in set.schedule.chunks() {
-                let call = set.call(chunk, &self.nodes, &self.nodes.v, StepTime::default());
-                self.material.mass(&call, &mut mass[chunk.window.clone()])?;
+                set.add_mass(&*self.material, chunk, &self.nodes, &mut mass[chunk.window.clone()])?;
             }
         }
         self.nodes.mass = mass;
@@ -184,7 +183,8 @@ impl System {
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             set.schedule.run(pool, force, &|node| node, &|chunk, window| {
                 set.for_each_intact(chunk, |chunk| {
-                    self.material.forces(&set.call(chunk, &self.nodes, v, time), bytemuck::cast_slice_mut(&mut *window))
+                    let window = bytemuck::cast_slice_mut(&mut *window);
+                    set.add_forces(&*self.material, chunk, (&self.nodes, v, time), window)
                 })
             })?;
         }
@@ -208,7 +208,7 @@ impl System {
         for set in self.sets.iter().filter(|s| s.has(abi::HAS_FORCES)) {
             for chunk in set.schedule.chunks() {
                 set.for_each_intact(chunk, |chunk| {
-                    energy += self.material.energy(&set.call(chunk, &self.nodes, &self.nodes.v, time))?;
+                    energy += set.energy(&*self.material, chunk, &self.nodes, time)?;
                     Ok(())
                 })?;
             }
@@ -236,9 +236,7 @@ impl System {
             let planes = PlanesMut::new(&mut next, set.request().history_stride as usize);
             let result = par_planes(pool, pool.halvings(), planes, &|planes| {
                 let whole = Chunk { range: planes.range(), window: 0..self.nodes.len() };
-                set.for_each_intact(&whole, |part| {
-                    self.material.advance(&set.call(part, &self.nodes, &self.nodes.v, time), planes)
-                })
+                set.for_each_intact(&whole, |part| set.advance(&*self.material, part, &self.nodes, time, planes))
             });
             set.next_history = next;
             // After an error all histories are as before.

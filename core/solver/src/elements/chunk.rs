@@ -48,12 +48,16 @@ pub fn part(count: usize, parts: usize, k: usize) -> Range<usize> {
 }
 
 impl Schedule {
-    /// Divides elements with the given nodes (m x corners) into chunks and colours them. Reuses the buffers of the last call.
-    pub fn cut(&mut self, nodes: &[u32], corners: usize) {
-        let count = nodes.len() / corners;
-        let parts = chunk_count(count);
+    /// Divides elements into chunks and colours them. `each` of them follow each other at the same nodes (stencils x nodes of a stencil), and stay
+    /// together. Reuses the buffers of the last call.
+    pub fn cut(&mut self, nodes: &[u32], stencil: usize, each: usize) {
+        let count = nodes.len() / stencil;
+        let parts = chunk_count(count * each);
         let ranges = (0..parts).map(|k| part(count, parts, k));
-        self.assign(ranges.map(|range| Chunk { window: window(nodes, corners, &range), range }));
+        self.assign(ranges.map(|range| {
+            let elements = range.start * each..range.end * each;
+            Chunk { window: window(nodes, stencil, &range), range: elements }
+        }));
     }
 
     /// Colours the given chunks. Reuses the buffers of the last call.
@@ -138,7 +142,7 @@ mod tests {
     fn chunks_of_a_colour_share_no_node_and_cover_all_elements() {
         let nodes: Vec<u32> = (0..50_000_u32).flat_map(|e| [e / 7, e / 7 + 40]).collect();
         let mut schedule = Schedule::default();
-        schedule.cut(&nodes, 2);
+        schedule.cut(&nodes, 2, 1);
         assert!(schedule.colours.len() > 1 && schedule.colours.len() < 5, "{}", schedule.colours.len());
         for colour in &schedule.colours {
             assert!(colour.windows(2).all(|w| w[0].window.end <= w[1].window.start));
@@ -152,7 +156,7 @@ mod tests {
     fn every_chunk_gets_its_own_slice() {
         let nodes: Vec<u32> = (0..30_000_u32).flat_map(|e| [e / 5, e / 5 + 3]).collect();
         let mut schedule = Schedule::default();
-        schedule.cut(&nodes, 2);
+        schedule.cut(&nodes, 2, 1);
         for threads in [1, 4] {
             let mut out = vec![0_u32; 3 * 6003];
             let done: Result<(), ()> =

@@ -4,7 +4,7 @@
 //! and are still in the cache when the next kind does.
 
 use super::ElementSet;
-use super::chunk::{Chunk, Schedule, chunk_count, part, window};
+use super::chunk::{Chunk, Schedule, chunk_count, part};
 use crate::threads::Pool;
 use std::ops::Range;
 
@@ -107,13 +107,16 @@ impl Pass {
     fn new(sets: &[ElementSet], which: &[usize]) -> Self {
         let count = which.iter().map(|set| chunk_count(sets[*set].count())).max().unwrap_or(0);
         let strip = |k: usize| {
-            let elements = which.iter().map(|&set| StripElements { set, range: part(sets[set].count(), count, k) });
+            let elements = which.iter().map(|&set| {
+                let parts = sets[set].parts();
+                let Range { start, end } = part(sets[set].count() / parts, count, k);
+                StripElements { set, range: start * parts..end * parts }
+            });
             Strip { to_clear: Vec::new(), elements: elements.filter(|part| !part.range.is_empty()).collect() }
         };
         let strips: Vec<Strip> = (0..count).map(strip).collect();
         let window = |Strip { elements, .. }: &Strip| {
-            let windows =
-                elements.iter().map(|part| window(sets[part.set].nodes(), sets[part.set].corners, &part.range));
+            let windows = elements.iter().map(|part| sets[part.set].window(&part.range));
             windows.reduce(|a, b| a.start.min(b.start)..a.end.max(b.end)).unwrap_or(0..0)
         };
         let mut schedule = Schedule::default();

@@ -1,19 +1,26 @@
 //! Element sets: the elements of a body that a material requests, with their rest data and history.
 
 pub mod chunk;
+pub mod corner_weights;
 pub mod fused_assembly;
+mod weighted;
 
 use super::algebra::Vec3;
 use super::nodes::Nodes;
 use crate::force_model::{ElementCall, ForceError, ForceModel, StepTime};
 use chunk::{Chunk, Schedule};
+use corner_weights::CornerWeights;
 use pliant_plugin_api::{ElementRequest, abi};
+use std::ops::Range;
+use weighted::WeightedElements;
 
-/// The elements a discretisation provides for one request of a material: m elements of k nodes each.
+/// The elements a discretisation provides for one request of a material: m elements of k nodes each, or m elements at stencils of ten nodes.
 #[derive(Clone, Debug, Default)]
 pub struct ElementList {
-    /// Node indices (m x k).
+    /// Node indices (m x k), or with `weights` those of the stencils.
     pub nodes: Vec<u32>,
+    /// For tetrahedra whose corners are weighted sums of nodes: their weights. The elements of stencil i follow each other.
+    pub weights: Option<&'static CornerWeights>,
     /// Family of each element, such as structural or shear (m), or empty.
     pub family: Vec<u32>,
     /// Volume, area or length that each element represents, in the unit of its kind (m).
@@ -54,8 +61,10 @@ pub struct ElementSet {
     pub(super) failed_is_stale: bool,
     /// Chunks of the list.
     pub(super) schedule: Schedule,
-    /// Slots in the matrix of each pair of corners (m x pairs); empty without a matrix.
+    /// Slots in the matrix of each pair of nodes of a stencil (stencils x pairs); empty without a matrix.
     pub(super) slots: Vec<u32>,
+    /// What weighted elements pass to the material in the place of nodes.
+    weighted: WeightedElements,
 }
 
 /// Number of nodes of an element of a kind, one of those of [`pliant_plugin_api::abi`].
@@ -86,12 +95,29 @@ impl ElementSet {
             failed_is_stale: false,
             schedule: Schedule::default(),
             slots: Vec::new(),
+            weighted: WeightedElements::default(),
         }
     }
 
     /// Number of elements.
     pub fn count(&self) -> usize {
-        self.list.nodes.len() / self.corners
+        self.list.nodes.len() / self.stencil() * self.parts()
+    }
+
+    /// Number of nodes of a stencil: nodes that together determine the corners of one element, or of several whose corners are weighted sums of them.
+    pub fn stencil(&self) -> usize {
+        if self.list.weights.is_some() { corner_weights::NODES } else { self.corners }
+    }
+
+    /// Number of elements of a stencil.
+    pub fn parts(&self) -> usize {
+        self.list.weights.map_or(1, CornerWeights::parts)
+    }
+
+    /// The span of node indices of a range of elements that begins and ends with a stencil.
+    fn window(&self, range: &Range<usize>) -> Range<usize> {
+        let parts = self.parts();
+        chunk::window(&self.list.nodes, self.stencil(), &(range.start / parts..range.end / parts))
     }
 
     /// The request of the material.
@@ -99,7 +125,7 @@ impl ElementSet {
         &self.request
     }
 
-    /// Node indices (m x k).
+    /// Node indices of the stencils.
     pub fn nodes(&self) -> &[u32] {
         &self.list.nodes
     }
@@ -170,10 +196,9 @@ impl ElementSet {
         }
         let (count, mut next) = (self.count(), std::mem::take(&mut self.next_failed));
         next.fill(0);
-        let whole = Chunk { range: 0..count, window: 0..nodes.x.len() };
         let told = match count {
             0 => Ok(()),
-            _ => material.failed(&self.call(&whole, nodes, &nodes.v, StepTime::default()), &mut next),
+            _ => self.for_each_rest_call(nodes, |call| material.failed(call, &mut next)),
         };
         self.next_failed = next;
         told?;
@@ -199,7 +224,8 @@ impl ElementSet {
     /// Divides the list into chunks, sets the history to zero and has the material write its rest data.
     pub(super) fn prepare(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
         let count = self.count();
-        self.schedule.cut(&self.list.nodes, self.corners);
+        self.schedule.cut(&self.list.nodes, self.stencil(), self.parts());
+        self.weighted.list(if self.list.weights.is_some() { count } else { 0 });
         self.history.clear();
         self.history.resize(count * self.request.history_stride as usize, 0.0);
         self.next_history.clone_from(&self.history);
@@ -223,12 +249,10 @@ impl ElementSet {
         data.clear();
         data.resize(count * self.request.rest_stride as usize, 0.0);
         let written = if count > 0 && self.request.rest_stride > 0 {
-            let whole = Chunk { range: 0..count, window: 0..nodes.x.len() };
-            let call = self.call(&whole, nodes, &nodes.v, StepTime::default());
-            match self.has(abi::WANTS_DIRECTIONS) {
-                true => material.directed_rest(&call, &self.list.directions, &mut data),
-                false => material.rest(&call, &mut data),
-            }
+            self.for_each_rest_call(nodes, |call| match self.has(abi::WANTS_DIRECTIONS) {
+                true => material.directed_rest(call, &self.list.directions, &mut data),
+                false => material.rest(call, &mut data),
+            })
         } else {
             Ok(())
         };
@@ -237,7 +261,7 @@ impl ElementSet {
         written
     }
 
-    /// The call for one chunk, with velocities `v`.
+    /// The call for one chunk of elements whose corners are nodes, with velocities `v`.
     pub(super) fn call<'a>(
         &'a self,
         chunk: &Chunk,

@@ -29,8 +29,7 @@ impl Assembly<'_> {
         if set.has(abi::HAS_FORCES) {
             let scale = TangentScale { stiffness: self.scales.stiffness, damping: self.scales.damping };
             set.for_each_intact(chunk, |chunk| {
-                let call = set.call(chunk, nodes, &nodes.v, time);
-                T::add_tangent(material, &call, scale, &set.slots, blocks.reborrow())
+                set.add_tangent(material, chunk, (nodes, time), scale, blocks.reborrow())
             })?;
         }
         if let Some(coupled) = self.coupled.filter(|_| is_coupled_hinges(set)) {

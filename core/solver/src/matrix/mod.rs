@@ -76,9 +76,9 @@ impl Matrix {
         let all: &[ElementSet] = sets;
         self.set_pattern(n, |visit| {
             for set in all.iter().filter(|s| has_stiffness(s)) {
-                for element in set.list.nodes.chunks_exact(set.corners) {
-                    for a in 0..set.corners {
-                        for b in a + 1..set.corners {
+                for element in set.list.nodes.chunks_exact(set.stencil()) {
+                    for a in 0..set.stencil() {
+                        for b in a + 1..set.stencil() {
                             visit(element[a].min(element[b]), element[a].max(element[b]));
                         }
                     }
@@ -158,15 +158,16 @@ impl Matrix {
         })
     }
 
-    /// Lists the slot of each pair of corners of the elements of a set, marked where the stored block is the transpose.
+    /// Lists the slot of each pair of nodes of the stencils of a set, marked where the stored block is the transpose.
     fn list_slots(&self, set: &mut ElementSet) {
         set.slots.clear();
         if !has_stiffness(set) {
             return;
         }
-        for element in set.list.nodes.chunks_exact(set.corners) {
-            for a in 0..set.corners {
-                for b in a..set.corners {
+        let stencil = set.stencil();
+        for element in set.list.nodes.chunks_exact(stencil) {
+            for a in 0..stencil {
+                for b in a..stencil {
                     let (i, j) = (element[a], element[b]);
                     let slot = self.slot(i.min(j), i.max(j)) as u32;
                     set.slots.push(if i > j { slot | abi::TRANSPOSED } else { slot });

@@ -5,6 +5,7 @@ use super::graph::{Graph, Weights};
 use super::planar_grid::{CoarsenedAxes, PlanarGrid, planar_grid};
 use crate::algebra::Vec3;
 use crate::elements::ElementSet;
+use crate::elements::corner_weights::CornerWeights;
 use pliant_plugin_api::abi;
 
 /// The graph of a level, with its planar grid if there is one.
@@ -31,14 +32,17 @@ const MAX_KEPT_ONE_AXIS: f64 = 0.8;
 
 impl Layout {
     /// The finest level of a body with rest positions `rest`, m (n x 3). Its graph connects the nodes of elements with stiffness other than hinges,
-    /// which extend beyond their triangles.
+    /// which extend beyond their triangles. Of the ten nodes of a quadratic tetrahedron those are connected that share an edge of its eight parts, so that
+    /// aggregates are as large as those of linear ones.
     pub fn of_elements(rest: &[Vec3], sets: &[ElementSet]) -> Self {
         let mut pairs = Vec::new();
         for set in sets.iter().filter(|set| set.has(abi::HAS_FORCES) && set.request().kind != abi::HINGE) {
-            for element in set.nodes().chunks_exact(set.corners) {
-                for &a in element {
-                    pairs.extend(element.iter().filter(|b| **b != a).map(|&b| [a, b]));
-                }
+            let near: Vec<[usize; 2]> = match set.parts() {
+                1 => (0..set.stencil()).flat_map(|a| (0..set.stencil()).map(move |b| [a, b])).collect(),
+                _ => CornerWeights::near_pairs().collect(),
+            };
+            for element in set.nodes().chunks_exact(set.stencil()) {
+                pairs.extend(near.iter().map(|pair| pair.map(|place| element[place])).filter(|[a, b]| a != b));
             }
         }
         Self { graph: Graph::new(rest.len(), pairs), grid: planar_grid(rest, sets) }

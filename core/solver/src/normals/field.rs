@@ -42,7 +42,7 @@ impl Field {
     pub(super) fn new(facets: Vec<Facet>, rest: &[Vec3]) -> Self {
         let nodes: Vec<u32> = facets.iter().flat_map(|f| f.corners).collect();
         let (mut schedule, n) = (Schedule::default(), rest.len());
-        schedule.cut(&nodes, 3);
+        schedule.cut(&nodes, 3, 1);
         let mut field =
             Self { facets, schedule, min_length: vec![0.0; n], inverse: vec![0.0; n], normal: vec![Vec3::zeros(); n] };
         for facet in &field.facets {
