@@ -34,6 +34,9 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
         let (name, vertices, triangles, edge) = (&body.name, body.vertices, body.triangles, body.edge * 1e3);
         let discretization = match (body.level, body.cells, body.tetrahedra) {
             (Some(level), Some(cells), _) => format!("level {level} with {cells} cells of {edge:.3} mm"),
+            (_, _, Some(count)) if body.nodes_of_tetrahedron == Some(10) => {
+                format!("{count} quadratic tetrahedra of 10 nodes, which are {edge:.3} mm apart")
+            }
             (_, _, Some(count)) => format!("{count} tetrahedra with edges of {edge:.3} mm"),
             _ => format!("its own mesh, edges of {edge:.3} mm"),
         };

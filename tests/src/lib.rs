@@ -17,6 +17,7 @@ pub mod result_sets;
 pub mod solid;
 pub mod sweep;
 pub mod table;
+pub mod tetrahedral;
 pub mod twin;
 pub mod wall;
 

@@ -95,7 +95,11 @@ pub struct BodySummary {
     /// Number of tetrahedra of the file, if the model is a tetrahedral mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tetrahedra: Option<usize>,
-    /// Edge length of a cell, or mean edge length of the triangles of a sheet or of the tetrahedra of a file, m.
+    /// Number of nodes of each of these tetrahedra: 4, or 10 for quadratic ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes_of_tetrahedron: Option<u32>,
+    /// Edge length of a cell, or mean edge length of the triangles of a sheet or of the tetrahedra of a file, m; with quadratic
+    /// tetrahedra that of their eight parts.
     pub edge: f64,
     /// Number of occupied cells of the level, if the body has a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -222,7 +226,12 @@ pub fn summarize_bodies(session: &Session) -> Vec<BodySummary> {
         vertices: body.model.surface.points.len(),
         triangles: body.model.surface.triangles.len(),
         level: grid(body).map(|lattice| lattice.settings.level),
-        tetrahedra: body.model.tetrahedra.as_ref().map(|cells| cells.mesh().tetrahedra.len()),
+        tetrahedra: body.model.tetrahedra.as_ref().map(|cells| cells.mesh().elements()),
+        nodes_of_tetrahedron: body.model.tetrahedra.as_ref().map(
+            |cells| {
+                if cells.corner_weights().is_some() { 10 } else { 4 }
+            },
+        ),
         edge: body.discretization.edge(),
         cells: grid(body).map(|lattice| lattice.facts.surface_cells + lattice.facts.inside_cells),
         border_edges: border_edges(body),

@@ -4,6 +4,7 @@
 //! boxes, spheres and sheets, and `tests/tests/memory.rs` holds them to the peak memory of runs.
 
 use crate::body::MAX_COLLECTED;
+use pliant_mesh::tetrahedra::PARTS;
 use pliant_mesh::{ObjDocument, Surface};
 use pliant_plugin_api::ElementRequest;
 use pliant_plugin_api::abi::{self, Level};
@@ -148,6 +149,19 @@ impl CellCosts {
                 _ => costs.per_cell += tetrahedra * (element + map),
             }
         }
+        costs
+    }
+
+    /// The costs where elements have ten nodes each, and a cell is an eighth of one: rows of the matrix have twice as many blocks, and lists have the slots of the
+    /// pairs of ten nodes and what takes the place of nodes in calls of the material.
+    pub(crate) fn of_quadratic_tetrahedra(requests: &[ElementRequest], parts: usize, implicit: bool) -> Self {
+        let parts = parts as f64 / PARTS as f64;
+        let mut costs = Self::new(requests, parts, implicit);
+        if implicit {
+            costs.per_node += IMPLICIT_NODE;
+            costs.per_cell += 1.5 * 4.0 * 55.0 / PARTS as f64;
+        }
+        costs.per_cell += 1.5 * 4.0 * (14.0 * parts + 10.0 / PARTS as f64);
         costs
     }
 

@@ -168,7 +168,11 @@ impl Opening<'_> {
         shared: &SharedModel,
         (material, facts): (&Material, &Level),
     ) -> Result<(), SessionError> {
-        let costs = CellCosts::new(material.requests(), 1.0, self.is_implicit);
+        let weights = shared.model.tetrahedra.as_ref().and_then(|cells| cells.corner_weights());
+        let costs = match weights {
+            Some(weights) => CellCosts::of_quadratic_tetrahedra(material.requests(), weights.parts(), self.is_implicit),
+            None => CellCosts::new(material.requests(), 1.0, self.is_implicit),
+        };
         let has_samples = self.tool_radii.largest > 0.0;
         let samples = if has_samples { sample_bytes(&shared.model.surface, facts.edge) } else { 0 };
         let cells = facts.surface_cells + facts.inside_cells;

@@ -16,6 +16,8 @@ pub struct TetBox {
     pub points: Vec<Vec3>,
     /// Nodes of each tetrahedron, with a positive volume (m x 4).
     pub tetrahedra: Vec<[u32; 4]>,
+    /// The same with the middles of edges 01, 12, 02, 03, 13 and 23, if it has any (m x 10).
+    pub quadratic: Vec<[u32; 10]>,
 }
 
 /// A form of a file.
@@ -40,6 +42,19 @@ pub enum TetFormat {
 /// Corners of the six tetrahedra of a cube around its diagonal (Kuhn 1960), as bits x, y, z.
 const KUHN: [[u32; 4]; 6] = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]];
 
+/// Ends of the edges of a tetrahedron whose middles are nodes 4 to 9 of a quadratic one.
+const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];
+
+/// The edges of a tetrahedron by their ends.
+fn edges(corners: &[u32; 4]) -> [[u32; 2]; 6] {
+    EDGES.map(|ends| ends.map(|corner| corners[corner]))
+}
+
+/// The nodes of a quadratic tetrahedron.
+fn ten([a, b, c, d]: &[u32; 4], [ab, bc, ac, ad, bd, cd]: [u32; 6]) -> [u32; 10] {
+    [*a, *b, *c, *d, ab, bc, ac, ad, bd, cd]
+}
+
 impl TetBox {
     /// A box from the origin of this `size` with `cells` cubes along its edges, each cut into six. Nodes are moved at random by up to `jitter` of a cell in each
     /// direction: those on a side within it, those on an edge of the box along it. Up to a jitter of 0.15 all volumes are positive.
@@ -60,7 +75,7 @@ impl TetBox {
     }
 
     fn beside(cells: [u32; 3], size: [f64; 3], jitter: f64, parts: u32, random: &mut Random) -> Self {
-        let mut made = Self { size, parts, points: Vec::new(), tetrahedra: Vec::new() };
+        let mut made = Self { size, parts, points: Vec::new(), tetrahedra: Vec::new(), quadratic: Vec::new() };
         for part in 0..parts {
             let first = made.points.len() as u32;
             let node = |at: [u32; 3]| first + at[0] + (cells[0] + 1) * (at[1] + (cells[1] + 1) * at[2]);
@@ -97,6 +112,51 @@ impl TetBox {
         made
     }
 
+    /// The same mesh of quadratic tetrahedra: with a node in the middle of each edge.
+    #[must_use]
+    pub fn quadratic(&self) -> Self {
+        let mut made = self.clone();
+        let mut middle_of: HashMap<[u32; 2], u32> = HashMap::new();
+        for corners in &self.tetrahedra {
+            let middles = edges(corners).map(|[a, b]| {
+                *middle_of.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                    made.points.push(0.5 * (self.points[a as usize] + self.points[b as usize]));
+                    made.points.len() as u32 - 1
+                })
+            });
+            made.quadratic.push(ten(corners, middles));
+        }
+        made
+    }
+
+    /// The same mesh with the middles of edges moved at random by up to `share` of the box in each direction: those on a side within it, those on an edge of the box
+    /// along it.
+    #[must_use]
+    pub fn curved(&self, share: f64, seed: u64) -> Self {
+        let (mut made, mut random) = (self.clone(), Random(seed));
+        let mut is_moved = vec![false; self.points.len()];
+        let is_side = |x: f64, axis: usize| {
+            let width = if axis == 1 { 2.0 * self.size[1] } else { f64::INFINITY };
+            let near = |side: f64| (x % width - side).abs() < 1e-9 * self.size[axis];
+            near(0.0) || near(self.size[axis]) || near(width)
+        };
+        for nodes in &self.quadratic {
+            let corners = [nodes[0], nodes[1], nodes[2], nodes[3]];
+            for ([a, b], &middle) in edges(&corners).into_iter().zip(&nodes[4..]) {
+                if std::mem::replace(&mut is_moved[middle as usize], true) {
+                    continue;
+                }
+                for axis in 0..3 {
+                    let [a, b] = [a, b].map(|node| is_side(self.points[node as usize][axis], axis));
+                    let is_within = a && b && is_side(self.points[middle as usize][axis], axis);
+                    let shift = share * self.size[axis] * random.signed();
+                    made.points[middle as usize][axis] += if is_within { 0.0 } else { shift };
+                }
+            }
+        }
+        made
+    }
+
     /// The same mesh with nodes and tetrahedra in a random order, and the nodes of each tetrahedron rotated.
     #[must_use]
     pub fn shuffled(&self, seed: u64) -> Self {
@@ -107,9 +167,33 @@ impl TetBox {
         order.iter().zip(0_u32..).for_each(|(old, new)| number[*old] = new);
         let points = order.iter().map(|old| self.points[*old]).collect();
         let mut tetrahedra: Vec<[u32; 4]> = self.tetrahedra.iter().map(|t| t.map(|n| number[n as usize])).collect();
+        let mut middle_of: HashMap<[u32; 2], u32> = HashMap::new();
+        for nodes in &self.quadratic {
+            let nodes = nodes.map(|n| number[n as usize]);
+            let corners = [nodes[0], nodes[1], nodes[2], nodes[3]];
+            middle_of.extend(edges(&corners).map(|[a, b]| [a.min(b), a.max(b)]).into_iter().zip(nodes[4..].to_vec()));
+        }
         random.shuffle(&mut tetrahedra);
         tetrahedra.iter_mut().for_each(|t| t[1..].rotate_left(random.below(3) as usize));
-        Self { points, tetrahedra, ..self.clone() }
+        let middles = |t: &[u32; 4]| edges(t).map(|[a, b]| middle_of[&[a.min(b), a.max(b)]]);
+        let quadratic = match self.quadratic.is_empty() {
+            true => Vec::new(),
+            false => tetrahedra.iter().map(|t| ten(t, middles(t))).collect(),
+        };
+        Self { points, tetrahedra, quadratic, ..self.clone() }
+    }
+
+    /// Nodes of each element in the order of Gmsh: four, or ten with the middles of edges 23 and 13 exchanged.
+    fn gmsh_elements(&self) -> Vec<Vec<u32>> {
+        if self.quadratic.is_empty() {
+            return self.tetrahedra.iter().map(|t| t.to_vec()).collect();
+        }
+        let turned = |nodes: &[u32; 10]| {
+            let mut nodes = nodes.to_vec();
+            nodes.swap(8, 9);
+            nodes
+        };
+        self.quadratic.iter().map(turned).collect()
     }
 
     /// The bytes of a file of the mesh. Numbers of Gmsh files begin at 1; the groups `low end`, `high end` (faces) and `body` (tetrahedra) are in these alone.
@@ -124,21 +208,34 @@ impl TetBox {
         out
     }
 
-    /// Corners of the boundary's faces with this x.
-    fn faces_at(&self, x: f64) -> Vec<[u32; 3]> {
-        let mut count: HashMap<[u32; 3], ([u32; 3], u32)> = HashMap::new();
-        for [a, b, c, d] in &self.tetrahedra {
-            for face in [[*b, *c, *d], [*a, *d, *c], [*a, *b, *d], [*a, *c, *b]] {
-                let mut key = face;
+    /// Nodes of the boundary's faces with this x: their corners, and of quadratic tetrahedra the middles of edges 01, 12 and 20.
+    fn faces_at(&self, x: f64) -> Vec<Vec<u32>> {
+        let mut count: HashMap<[u32; 3], (Vec<u32>, u32)> = HashMap::new();
+        for (element, corners) in self.tetrahedra.iter().enumerate() {
+            for face in [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]] {
+                let mut key = face.map(|corner| corners[corner]);
+                let mut nodes = key.to_vec();
                 key.sort_unstable();
-                count.entry(key).or_insert((face, 0)).1 += 1;
+                if let Some(all) = self.quadratic.get(element) {
+                    let middle = |a: usize, b: usize| {
+                        let at = EDGES.iter().position(|edge| *edge == [a.min(b), a.max(b)]);
+                        all[4 + at.unwrap_or_default()]
+                    };
+                    nodes.extend([middle(face[0], face[1]), middle(face[1], face[2]), middle(face[2], face[0])]);
+                }
+                count.entry(key).or_insert((nodes, 0)).1 += 1;
             }
         }
-        let is_there = |face: &[u32; 3]| face.iter().all(|node| self.points[*node as usize].x == x);
-        let mut faces: Vec<[u32; 3]> = count.into_values().filter(|(_, n)| *n == 1).map(|(face, _)| face).collect();
-        faces.retain(is_there);
+        let is_there = |face: &[u32]| face.iter().all(|node| self.points[*node as usize].x == x);
+        let mut faces: Vec<Vec<u32>> = count.into_values().filter(|(_, n)| *n == 1).map(|(face, _)| face).collect();
+        faces.retain(|face| is_there(face));
         faces.sort_unstable();
         faces
+    }
+
+    /// Types of triangles and tetrahedra in Gmsh.
+    fn gmsh_kinds(&self) -> [i32; 2] {
+        if self.quadratic.is_empty() { [2, 4] } else { [9, 11] }
     }
 
     const NAMES: &str = "$PhysicalNames\n3\n2 1 \"low end\"\n2 2 \"high end\"\n3 7 \"body\"\n$EndPhysicalNames\n";
@@ -171,10 +268,12 @@ impl TetBox {
             }
             std::io::Result::Ok(())
         };
+        let [triangle, tetrahedron] = self.gmsh_kinds();
+        let numbers = |nodes: &Vec<u32>| nodes.iter().map(|n| *n as i32 + 1).collect();
         for (tag, faces) in [1, 2].into_iter().zip(&ends) {
-            block(2, tag, &mut faces.iter().map(|face| face.map(|n| n as i32 + 1).to_vec()), out)?;
+            block(triangle, tag, &mut faces.iter().map(numbers), out)?;
         }
-        block(4, 7, &mut self.tetrahedra.iter().map(|t| t.map(|n| n as i32 + 1).to_vec()), out)?;
+        block(tetrahedron, 7, &mut self.gmsh_elements().iter().map(numbers), out)?;
         write!(out, "\n$EndElements\n")
     }
 
@@ -232,10 +331,12 @@ impl TetBox {
             }
             std::io::Result::Ok(())
         };
+        let [triangle, tetrahedron] = self.gmsh_kinds();
+        let numbers = |nodes: &Vec<u32>| nodes.iter().map(|n| u64::from(*n) + 1).collect();
         for (tag, faces) in [11, 12].into_iter().zip(&ends) {
-            block([2, tag, 2], faces.iter().map(|face| face.map(|n| u64::from(n) + 1).to_vec()).collect(), out)?;
+            block([2, tag, triangle], faces.iter().map(numbers).collect(), out)?;
         }
-        block([3, 1, 4], self.tetrahedra.iter().map(|t| t.map(|n| u64::from(n) + 1).to_vec()).collect(), out)?;
+        block([3, 1, tetrahedron], self.gmsh_elements().iter().map(numbers).collect(), out)?;
         write!(out, "\n$EndElements\n")
     }
 
@@ -255,21 +356,26 @@ impl TetBox {
             words.end(out)?;
         }
         write!(out, "\nMETADATA\nINFORMATION 0\n\n")?;
+        let (each, kind) = if self.quadratic.is_empty() { (4, 10) } else { (10, 24) };
+        let elements: Vec<Vec<u32>> = match self.quadratic.is_empty() {
+            true => self.tetrahedra.iter().map(|t| t.to_vec()).collect(),
+            false => self.quadratic.iter().map(|t| t.to_vec()).collect(),
+        };
         if is_new {
-            write!(out, "CELLS {} {}\nOFFSETS vtktypeint64\n", cells + 1, 4 * cells)?;
-            words.sizes(&(0..=cells as u64).map(|cell| 4 * cell).collect::<Vec<_>>(), out)?;
+            write!(out, "CELLS {} {}\nOFFSETS vtktypeint64\n", cells + 1, each * cells)?;
+            words.sizes(&(0..=cells).map(|cell| (each * cell) as u64).collect::<Vec<_>>(), out)?;
             write!(out, "\nCONNECTIVITY vtktypeint64\n")?;
-            words.sizes(&self.tetrahedra.iter().flatten().map(|n| u64::from(*n)).collect::<Vec<_>>(), out)?;
+            words.sizes(&elements.iter().flatten().map(|n| u64::from(*n)).collect::<Vec<_>>(), out)?;
         } else {
-            writeln!(out, "CELLS {cells} {}", 5 * cells)?;
-            for t in &self.tetrahedra {
-                words.ints(&[4], out)?;
-                words.ints(&t.map(|n| n as i32), out)?;
+            writeln!(out, "CELLS {cells} {}", (each + 1) * cells)?;
+            for t in &elements {
+                words.ints(&[each as i32], out)?;
+                words.ints(&t.iter().map(|n| *n as i32).collect::<Vec<_>>(), out)?;
                 words.end(out)?;
             }
         }
         write!(out, "\nCELL_TYPES {cells}\n")?;
-        words.ints(&vec![10; cells], out)?;
+        words.ints(&vec![kind; cells], out)?;
         writeln!(out, "\nPOINT_DATA {nodes}")
     }
 }

@@ -4,6 +4,7 @@ use super::boundary;
 use super::error::TetMeshProblem;
 use super::groups;
 use super::index::NodeIndex;
+use super::quadratic::{self, Divided, PARTS};
 use super::raw::{RawCell, RawMesh};
 use super::words::Located;
 use super::{Note, TetMesh};
@@ -12,7 +13,7 @@ use std::path::PathBuf;
 
 /// Six times the volume of a tetrahedron over the cube of its longest edge, below which it is refused as flat: rounding of coordinates with eight digits
 /// leaves about this much.
-const FLAT: f64 = 1e-8;
+pub(super) const FLAT: f64 = 1e-8;
 /// The same, below which a tetrahedron is noted as nearly flat.
 const SLIVER: f64 = 1e-3;
 
@@ -20,8 +21,8 @@ const SLIVER: f64 = 1e-3;
 ///
 /// # Errors
 /// The byte and the problem of what is not allowed.
-pub(super) fn assemble(raw: RawMesh) -> Result<TetMesh, Located> {
-    if raw.tetrahedra.is_empty() {
+pub(super) fn assemble(mut raw: RawMesh) -> Result<TetMesh, Located> {
+    if raw.tetrahedra.is_empty() && raw.quadratic.is_empty() {
         let count = |count: usize, what: &str| (count > 0).then(|| format!("{count} {what}"));
         let left_out = raw.left_out.iter().map(|(kind, count)| format!("{count} of kind {kind}"));
         let known =
@@ -30,7 +31,8 @@ pub(super) fn assemble(raw: RawMesh) -> Result<TetMesh, Located> {
         let others = if others.is_empty() { "nothing else either".into() } else { others.join(", ") };
         return Err((raw.end, TetMeshProblem::NoTetrahedra { others }));
     }
-    for (entity, found) in [("nodes", raw.nodes.len()), ("tetrahedra", raw.tetrahedra.len())] {
+    let tetrahedra = raw.tetrahedra.len().max(raw.quadratic.len() * PARTS);
+    for (entity, found) in [("nodes", raw.nodes.len()), ("tetrahedra", tetrahedra)] {
         let most = u32::MAX as usize / 4; // four faces each have a number
         if found > most {
             return Err((raw.end, TetMeshProblem::TooMany { entity, found, most }));
@@ -41,6 +43,16 @@ pub(super) fn assemble(raw: RawMesh) -> Result<TetMesh, Located> {
     check_nodes(&raw.lines, "line", &index)?;
     check_nodes(&raw.triangles, "triangle", &index)?;
     check_nodes(&raw.tetrahedra, "tetrahedron", &index)?;
+    check_nodes(&raw.quadratic, "tetrahedron", &index)?;
+    let divided = if raw.quadratic.is_empty() {
+        raw.leave_out_curved();
+        Divided::default()
+    } else {
+        check_nodes(&raw.curved_lines, "line", &index)?;
+        check_nodes(&raw.curved_triangles, "triangle", &index)?;
+        quadratic::divide(&mut raw, &index)?
+    };
+    // All nodes of a quadratic tetrahedron are corners of its parts.
     for node in raw.tetrahedra.iter().flat_map(|cell| cell.nodes) {
         index.mark(node);
     }
@@ -48,13 +60,26 @@ pub(super) fn assemble(raw: RawMesh) -> Result<TetMesh, Located> {
     let points: Vec<Vec3> = places.iter().map(|place| raw.nodes[*place].1).collect();
     let node_number: Vec<u64> = places.iter().map(|place| raw.nodes[*place].0).collect();
     let mut notes = Vec::new();
-    let tetrahedra = oriented(&raw, &index, &points, &mut notes)?;
+    // All nodes are there and marked.
+    let nodes_of = |nodes: &[u64; quadratic::NODES]| nodes.map(|node| index.used(node).unwrap_or_default());
+    let quadratic: Vec<[u32; quadratic::NODES]> = divided.cells.iter().map(|cell| nodes_of(&cell.nodes)).collect();
+    let mut checked = Checked { turned: divided.turned, first_turned: divided.first_turned, ..Checked::default() };
+    let tetrahedra = if quadratic.is_empty() {
+        oriented(&raw, &index, &points, &mut checked)?
+    } else {
+        unfolded(&raw, &divided, &index, &points, &mut checked)?
+    };
+    checked.note(if quadratic.is_empty() { tetrahedra.len() } else { quadratic.len() }, &mut notes);
+    let is_curved = quadratic.iter().any(|nodes| quadratic::is_curved(&nodes.map(|node| points[node as usize])));
     let unused = index.unused().count();
     if let Some(first) = index.unused().next() {
         notes.push(Note::UnusedNodes { count: unused, first: raw.nodes[first].0 });
     }
     coincident(&points, &node_number, &mut notes);
-    let element_number: Vec<u64> = raw.tetrahedra.iter().map(|cell| cell.number).collect();
+    let element_number: Vec<u64> = match quadratic.is_empty() {
+        true => raw.tetrahedra.iter().map(|cell| cell.number).collect(),
+        false => divided.cells.iter().map(|cell| cell.number).collect(),
+    };
     let boundary = boundary::faces(&tetrahedra, |[first, second], third| {
         let [first, second] = [first, second].map(|cell| &raw.tetrahedra[cell as usize]);
         let (at, a, b) = (second.at, first.number, second.number);
@@ -80,6 +105,8 @@ pub(super) fn assemble(raw: RawMesh) -> Result<TetMesh, Located> {
         points,
         node_number,
         tetrahedra,
+        quadratic,
+        is_curved,
         element_number,
         groups,
         notes,
@@ -103,20 +130,64 @@ fn check_nodes<const CORNERS: usize>(
     Ok(())
 }
 
-/// The tetrahedra with positive volumes.
+/// What was found of the shapes of elements.
+struct Checked {
+    /// Number of elements whose nodes were exchanged, and the number in the file of the first of them.
+    turned: usize,
+    first_turned: Option<u64>,
+    /// Number of elements that are nearly flat, and the flattest: its share and its number in the file.
+    slivers: usize,
+    worst: (f64, u64),
+}
+
+impl Default for Checked {
+    fn default() -> Self {
+        Self { turned: 0, first_turned: None, slivers: 0, worst: (f64::INFINITY, 0) }
+    }
+}
+
+impl Checked {
+    /// Checks that an element is not flat: six times its volume must be more than a small share of the cube of its longest edge.
+    fn flatness(&mut self, at: usize, number: u64, six_volumes: f64, corners: [Vec3; 4]) -> Result<(), Located> {
+        let edges = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+        let squares = edges.map(|[a, b]| (corners[a] - corners[b]).norm_squared());
+        let longest = squares.into_iter().fold(0.0, f64::max).sqrt();
+        let share = six_volumes / (longest * longest * longest);
+        if share.is_nan() || share < FLAT {
+            let share = if share.is_nan() { 0.0 } else { share };
+            return Err((at, TetMeshProblem::Flat { number, share, least: FLAT }));
+        }
+        if share < SLIVER {
+            self.slivers += 1;
+            self.worst = if share < self.worst.0 { (share, number) } else { self.worst };
+        }
+        Ok(())
+    }
+
+    /// Notes what was found of `of` elements.
+    fn note(self, of: usize, notes: &mut Vec<Note>) {
+        if let Some(first) = self.first_turned {
+            notes.push(Note::Reoriented { count: self.turned, of, first });
+        }
+        if self.slivers > 0 {
+            notes.push(Note::Slivers { count: self.slivers, worst: self.worst.1, share: self.worst.0 });
+        }
+    }
+}
+
+/// Linear tetrahedra with positive volumes.
 fn oriented(
     raw: &RawMesh,
     index: &NodeIndex,
     points: &[Vec3],
-    notes: &mut Vec<Note>,
+    checked: &mut Checked,
 ) -> Result<Vec<[u32; 4]>, Located> {
     let mut tetrahedra = Vec::with_capacity(raw.tetrahedra.len());
-    let (mut turned, mut first_turned) = (0, None);
-    let (mut slivers, mut worst) = (0, (f64::INFINITY, 0));
     for cell in &raw.tetrahedra {
         let number = cell.number;
         if let Some(at) = (1..4).find(|at| cell.nodes[..*at].contains(&cell.nodes[*at])) {
-            return Err((cell.at, TetMeshProblem::NodeRepeated { number, node: cell.nodes[at] }));
+            let (node, allowed) = (cell.nodes[at], "four different nodes");
+            return Err((cell.at, TetMeshProblem::NodeRepeated { number, node, allowed }));
         }
         // All nodes are there and marked.
         let mut nodes = cell.nodes.map(|node| index.used(node).unwrap_or_default());
@@ -124,28 +195,30 @@ fn oriented(
         if six_volumes < 0.0 {
             nodes.swap(2, 3);
             six_volumes = -six_volumes;
-            turned += 1;
-            first_turned = first_turned.or(Some(number));
+            checked.turned += 1;
+            checked.first_turned = checked.first_turned.or(Some(number));
         }
-        let edges = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
-        let squares = edges.map(|[a, b]| (points[nodes[a] as usize] - points[nodes[b] as usize]).norm_squared());
-        let longest = squares.into_iter().fold(0.0, f64::max).sqrt();
-        let share = six_volumes / (longest * longest * longest);
-        if share.is_nan() || share < FLAT {
-            let share = if share.is_nan() { 0.0 } else { share };
-            return Err((cell.at, TetMeshProblem::Flat { number, share, least: FLAT }));
-        }
-        if share < SLIVER {
-            slivers += 1;
-            worst = if share < worst.0 { (share, number) } else { worst };
-        }
+        checked.flatness(cell.at, number, six_volumes, nodes.map(|node| points[node as usize]))?;
         tetrahedra.push(nodes);
     }
-    if let Some(first) = first_turned {
-        notes.push(Note::Reoriented { count: turned, of: tetrahedra.len(), first });
-    }
-    if slivers > 0 {
-        notes.push(Note::Slivers { count: slivers, worst: worst.1, share: worst.0 });
+    Ok(tetrahedra)
+}
+
+/// The parts of quadratic tetrahedra, which are not folded.
+fn unfolded(
+    raw: &RawMesh,
+    divided: &Divided,
+    index: &NodeIndex,
+    points: &[Vec3],
+    checked: &mut Checked,
+) -> Result<Vec<[u32; 4]>, Located> {
+    let of_part = |cell: &RawCell<4>| cell.nodes.map(|node| index.used(node).unwrap_or_default());
+    let tetrahedra: Vec<[u32; 4]> = raw.tetrahedra.iter().map(of_part).collect();
+    for (cell, parts) in divided.cells.iter().zip(tetrahedra.as_chunks::<PARTS>().0) {
+        let at = cell.nodes.map(|node| index.used(node).map_or(Vec3::zeros(), |node| points[node as usize]));
+        let corners = [at[0], at[1], at[2], at[3]];
+        checked.flatness(cell.at, cell.number, TetMesh::six_volumes(&at, [0, 1, 2, 3]), corners)?;
+        quadratic::check_shape(cell, &at, &parts.map(|part| TetMesh::six_volumes(points, part)))?;
     }
     Ok(tetrahedra)
 }

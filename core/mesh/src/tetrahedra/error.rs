@@ -70,10 +70,10 @@ pub enum TetMeshProblem {
     #[error("{cell} {number} has node {node}, which is not there; allowed: {allowed}")]
     NoNode { cell: &'static str, number: u64, node: u64, allowed: String },
     /// A cell names a node twice.
-    #[error("tetrahedron {number} has node {node} twice; allowed: four different nodes")]
-    NodeRepeated { number: u64, node: u64 },
-    /// A cell with a volume that is no tetrahedron of four nodes.
-    #[error("element {number} is a {kind}; allowed: tetrahedra of 4 nodes{remedy}")]
+    #[error("tetrahedron {number} has node {node} twice; allowed: {allowed}")]
+    NodeRepeated { number: u64, node: u64, allowed: &'static str },
+    /// A cell with a volume that is no tetrahedron of four or ten nodes.
+    #[error("element {number} is a {kind}; allowed: tetrahedra of 4 or of 10 nodes; {remedy}")]
     Cell { number: u64, kind: String, remedy: &'static str },
     /// A kind of element that the format does not define.
     #[error("element {number} has type {found}; allowed: a type that the format defines")]
@@ -87,6 +87,35 @@ pub enum TetMeshProblem {
          Gmsh: `gmsh -3 -optimize`)"
     )]
     Flat { number: u64, share: f64, least: f64 },
+    /// Tetrahedra of four nodes beside those of ten: the middles of their common edges would not be held together.
+    #[error(
+        "tetrahedron {linear} has 4 nodes and tetrahedron {quadratic} has 10; allowed: all with 4 or all with 10 (with Gmsh: `gmsh -3 -order 1` or `-order 2`)"
+    )]
+    Mixed { linear: u64, quadratic: u64 },
+    /// Two tetrahedra that disagree about the middle of their common edge.
+    #[error(
+        "tetrahedra {first} and {second} have nodes {} and {} in the middle of their common edge from node {} to {}; allowed: one node for both; mend the mesh (with \
+         Gmsh: `Coherence Mesh`)", nodes[0], nodes[1], edge[0], edge[1]
+    )]
+    Middles { first: u64, second: u64, nodes: [u64; 2], edge: [u64; 2] },
+    /// A node that is a corner of one tetrahedron and in the middle of an edge of another one.
+    #[error(
+        "node {node} is in the middle of an edge of tetrahedron {first} and a corner of tetrahedron {second}; allowed: one of both; mend the mesh, whose elements do \
+         not fit together"
+    )]
+    CornerAndMiddle { node: u64, first: u64, second: u64 },
+    /// A node in the middles of two edges.
+    #[error(
+        "node {node} is in the middle of the edges from node {} to {} of tetrahedron {first} and from {} to {} of tetrahedron {second}; allowed: a node of its own \
+         for each edge; is the order of the nodes that of the format?", edges[0][0], edges[0][1], edges[1][0], edges[1][1]
+    )]
+    TwoEdges { node: u64, edges: [[u64; 2]; 2], first: u64, second: u64 },
+    /// A tetrahedron of ten nodes that is folded over, or nearly so.
+    #[error(
+        "tetrahedron {number} of 10 nodes is folded over {place}: its Jacobian determinant is {share:.1e} times the cube of its longest edge; allowed: {least:.0e} or more; \
+         move its nodes towards the middles of its edges (with Gmsh: `gmsh -3 -order 2 -optimize_ho`)"
+    )]
+    Folded { number: u64, place: String, share: f64, least: f64 },
     /// Two tetrahedra on one side of their common face.
     #[error(
         "tetrahedra {first} and {second} are on the same side of their common face: they overlap, so one of them is inverted; mend the mesh"

@@ -13,6 +13,7 @@ mod msh;
 mod msh2;
 mod msh4;
 mod notes;
+mod quadratic;
 mod raw;
 #[cfg(test)]
 mod tests;
@@ -23,6 +24,7 @@ mod write;
 pub use error::{TetMeshError, TetMeshProblem};
 pub use groups::Group;
 pub use notes::Note;
+pub use quadratic::PARTS;
 
 use crate::ObjDocument;
 use crate::geometry::Vec3;
@@ -37,9 +39,15 @@ pub struct TetMesh {
     pub points: Vec<Vec3>,
     /// Number of each node in the file: its tag in a `.msh`, its place from 0 in a `.vtk` (n).
     pub node_number: Vec<u64>,
-    /// Nodes of each tetrahedron, with a positive volume: the last three are counter-clockwise seen from the first (m x 4).
+    /// Nodes of each linear tetrahedron, with a positive volume: the last three are counter-clockwise seen from the first (m x 4). In a mesh of quadratic
+    /// tetrahedra the eight parts of each, those at its corners first.
     pub tetrahedra: Vec<[u32; 4]>,
-    /// Number of each tetrahedron in the file: its tag in a `.msh`, its place from 0 in a `.vtk` (m).
+    /// Nodes of each quadratic tetrahedron, whose map from barycentric coordinates to positions is not folded: the corners, in the same order, and the middles of
+    /// edges 01, 12, 02, 03, 13 and 23, as in a `.vtk` (q x 10). Empty for a mesh of linear tetrahedra.
+    pub quadratic: Vec<[u32; 10]>,
+    /// Whether an edge of a quadratic tetrahedron is curved, or its node is not in the middle.
+    pub is_curved: bool,
+    /// Number of each element in the file: its tag in a `.msh`, its place from 0 in a `.vtk` (m, or q).
     pub element_number: Vec<u64>,
     /// Named parts of the mesh, in the order of their dimensions and tags.
     pub groups: Vec<Group>,
@@ -72,7 +80,7 @@ impl TetMesh {
     ///
     /// # Errors
     /// [`TetMeshError`] with file, line, entity and value for a format that is not read, numbers that are not finite, nodes that are not there, cells with a volume
-    /// other than tetrahedra of four nodes, flat tetrahedra, and tetrahedra that overlap.
+    /// other than tetrahedra of four or of ten nodes, both beside each other, flat or folded tetrahedra, and tetrahedra that overlap or do not fit together.
     pub fn parse(bytes: &[u8], name: &Path) -> Result<Self, TetMeshError> {
         let parsed = if bytes.starts_with(b"# vtk") { vtk::parse(bytes) } else { msh::parse(bytes) };
         let at_line =
@@ -101,6 +109,11 @@ impl TetMesh {
     /// The group with a name; `None` if there is none.
     pub fn group(&self, name: &str) -> Option<&Group> {
         self.groups.iter().find(|group| group.name == name)
+    }
+
+    /// Number of elements that the file has.
+    pub fn elements(&self) -> usize {
+        self.element_number.len()
     }
 
     /// Names of all groups with their kinds, for messages.

@@ -1,7 +1,7 @@
 //! The Gmsh format: its sections, and what versions 2 and 4.1 have in common.
 
 use super::error::TetMeshProblem;
-use super::raw::{CellKind, RawMesh};
+use super::raw::{CellFacts, CellKind, RawMesh};
 use super::words::{Encoding, Located, Words, shorten};
 use super::{msh2, msh4};
 
@@ -55,6 +55,17 @@ pub(super) fn kind(kind: i32, number: u64, at: usize) -> Result<CellKind, Locate
     let found = usize::try_from(kind).ok().and_then(|kind| KINDS.get(kind.wrapping_sub(1)));
     let &(name, dimension, corners) = found.ok_or((at, TetMeshProblem::Kind { number, found: kind.into() }))?;
     Ok(CellKind { name, dimension, corners })
+}
+
+/// Gives an element to the mesh. Gmsh lists the middles of edges 23 and 13 of a quadratic tetrahedron in this order, VTK in the other one.
+///
+/// # Errors
+/// As [`RawMesh::push`].
+pub(super) fn push(mesh: &mut RawMesh, kind: CellKind, nodes: &mut [u64], facts: CellFacts) -> Result<(), Located> {
+    if kind.dimension == 3 && nodes.len() == 10 {
+        nodes.swap(8, 9);
+    }
+    mesh.push(kind, nodes, facts)
 }
 
 /// Parses a file.

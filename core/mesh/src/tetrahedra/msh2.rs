@@ -1,6 +1,6 @@
 //! Nodes and elements of the Gmsh format, version 2.
 
-use super::msh::kind;
+use super::msh::{kind, push};
 use super::raw::{CellFacts, RawMesh};
 use super::words::{Encoding, Located, Words};
 
@@ -77,7 +77,7 @@ pub(super) fn elements(words: &mut Words<'_>, mesh: &mut RawMesh) -> Result<(), 
                 nodes.push(words.count("a node of an element")?);
             }
             let tags = mesh.tag_set(if physical == 0 { &[] } else { std::slice::from_ref(&physical) });
-            mesh.push(kind, &nodes, CellFacts { number, at, tags })?;
+            push(mesh, kind, &mut nodes, CellFacts { number, at, tags })?;
             read += 1;
         }
         if alike == 0 {

@@ -1,7 +1,7 @@
 //! Entities, nodes and elements of the Gmsh format, version 4.1.
 
 use super::error::TetMeshProblem;
-use super::msh::kind;
+use super::msh::{kind, push};
 use super::msh2::of_node;
 use super::raw::{CellFacts, RawMesh};
 use super::words::{Located, Words};
@@ -104,7 +104,7 @@ pub(super) fn elements(words: &mut Words<'_>, entities: &Entities, mesh: &mut Ra
             for _ in 0..kind.corners {
                 nodes.push(words.size("a node of an element")?);
             }
-            mesh.push(kind, &nodes, CellFacts { number, at, tags })?;
+            push(mesh, kind, &mut nodes, CellFacts { number, at, tags })?;
             read += 1;
         }
     }

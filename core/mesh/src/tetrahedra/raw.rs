@@ -17,6 +17,10 @@ pub(super) struct RawMesh {
     pub lines: Vec<RawCell<2>>,
     pub triangles: Vec<RawCell<3>>,
     pub tetrahedra: Vec<RawCell<4>>,
+    /// Cells with nodes in the middles of their edges: lines, triangles (edges 01, 12, 20) and tetrahedra (01, 12, 02, 03, 13, 23).
+    pub curved_lines: Vec<RawCell<3>>,
+    pub curved_triangles: Vec<RawCell<6>>,
+    pub quadratic: Vec<RawCell<10>>,
     /// Sets of physical tags that cells refer to.
     pub tag_sets: Vec<Vec<i32>>,
     /// Names of physical groups by dimension and tag.
@@ -40,6 +44,13 @@ pub(super) struct RawCell<const CORNERS: usize> {
     pub at: usize,
     /// Index of its physical tags in [`RawMesh::tag_sets`], or [`NO_TAGS`].
     pub tags: u32,
+}
+
+impl<const CORNERS: usize> RawCell<CORNERS> {
+    /// A part of the cell, with these nodes of it.
+    pub(super) fn with_nodes<const OTHER: usize>(&self, nodes: [u64; OTHER]) -> RawCell<OTHER> {
+        RawCell { nodes, number: self.number, at: self.at, tags: self.tags }
+    }
 }
 
 /// Value of [`RawCell::tags`] for a cell in no physical group.
@@ -67,7 +78,7 @@ impl RawMesh {
     /// Adds a cell with these nodes.
     ///
     /// # Errors
-    /// A cell with a volume that is no tetrahedron of four nodes.
+    /// A cell with a volume that is no tetrahedron of four or ten nodes.
     pub(super) fn push(&mut self, kind: CellKind, nodes: &[u64], facts: CellFacts) -> Result<(), Located> {
         let CellFacts { number, at, tags } = facts;
         match *nodes {
@@ -77,18 +88,35 @@ impl RawMesh {
             [a, b, c, d] if kind.dimension == 3 => {
                 self.tetrahedra.push(RawCell { nodes: [a, b, c, d], number, at, tags });
             }
-            _ if kind.dimension < 3 => *self.left_out.entry(kind.name).or_default() += 1,
-            _ => {
-                let remedy = match kind.name.starts_with("tetrahedron") {
-                    true => {
-                        "; quadratic elements are not computed with: export the mesh with elements of order 1 (with Gmsh: `gmsh -3 -order 1`)"
-                    }
-                    false => "; divide the mesh into tetrahedra (with Gmsh: without `Recombine`)",
-                };
-                return Err((at, TetMeshProblem::Cell { number, kind: kind.name.into(), remedy }));
+            [a, b, c] if kind.dimension == 1 => self.curved_lines.push(RawCell { nodes: [a, b, c], number, at, tags }),
+            [a, b, c, ab, bc, ca] if kind.dimension == 2 => {
+                self.curved_triangles.push(RawCell { nodes: [a, b, c, ab, bc, ca], number, at, tags });
             }
+            _ if kind.dimension < 3 => *self.left_out.entry(kind.name).or_default() += 1,
+            _ => match nodes.try_into() {
+                Ok(nodes) if kind.name.starts_with("tetrahedron") => {
+                    self.quadratic.push(RawCell { nodes, number, at, tags });
+                }
+                _ => {
+                    let remedy = match kind.name.starts_with("tetrahedron") {
+                        true => "export the mesh with elements of order 1 or 2 (with Gmsh: `gmsh -3 -order 2`)",
+                        false => "divide the mesh into tetrahedra (with Gmsh: without `Recombine`)",
+                    };
+                    return Err((at, TetMeshProblem::Cell { number, kind: kind.name.into(), remedy }));
+                }
+            },
         }
         Ok(())
+    }
+
+    /// Counts curved lines and triangles among the cells that are left out: without quadratic tetrahedra nothing has their middle nodes.
+    pub(super) fn leave_out_curved(&mut self) {
+        let (lines, triangles) = (std::mem::take(&mut self.curved_lines), std::mem::take(&mut self.curved_triangles));
+        for (kind, count) in [("line of 3 nodes", lines.len()), ("triangle of 6 nodes", triangles.len())] {
+            if count > 0 {
+                *self.left_out.entry(kind).or_default() += count;
+            }
+        }
     }
 
     /// Adds a node.

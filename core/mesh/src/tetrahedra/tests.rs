@@ -12,18 +12,29 @@ const FORMATS: [TetFormat; 7] = [
     TetFormat::Vtk5,
 ];
 
+/// Linear tetrahedra, and quadratic ones with straight and with curved edges.
+fn random_boxes(seed: u64) -> [TetBox; 3] {
+    let linear = TetBox::random(seed);
+    let straight = linear.quadratic();
+    let curved = straight.curved(0.015, seed);
+    [linear, straight, curved]
+}
+
 fn parse(bytes: &[u8]) -> Result<TetMesh, String> {
     TetMesh::parse(bytes, Path::new("test.msh")).map_err(|error| error.to_string())
 }
 
 #[test]
 fn every_format_gives_the_same_mesh() {
-    for seed in 0..20 {
-        let made = TetBox::random(seed);
+    for made in (0..20).flat_map(random_boxes) {
         for format in FORMATS {
             let mesh = parse(&made.bytes(format)).unwrap();
             assert_eq!(mesh.points, made.points, "{format:?}");
-            assert_eq!(mesh.tetrahedra, made.tetrahedra, "{format:?}");
+            assert_eq!(mesh.quadratic, made.quadratic, "{format:?}");
+            if made.quadratic.is_empty() {
+                assert_eq!(mesh.tetrahedra, made.tetrahedra, "{format:?}");
+            }
+            assert_eq!(mesh.elements(), made.tetrahedra.len(), "{format:?}");
             let first = u64::from(!matches!(format, TetFormat::Vtk | TetFormat::VtkBinary | TetFormat::Vtk5));
             assert!(mesh.node_number.iter().copied().eq(first..first + made.points.len() as u64));
             let names: Vec<&str> = mesh.groups.iter().map(|group| group.name.as_str()).collect();
@@ -36,8 +47,7 @@ fn every_format_gives_the_same_mesh() {
 
 #[test]
 fn the_boundary_is_closed_and_outward_and_bounds_the_volume() {
-    for seed in 0..40 {
-        let made = TetBox::random(seed);
+    for (seed, made) in (0..40).flat_map(|seed| random_boxes(seed).map(|made| (seed, made))) {
         let mesh = parse(&made.bytes(TetFormat::Msh4)).unwrap();
         let document = mesh.surface().unwrap();
         let surface = Surface::from_document(&document);
@@ -56,6 +66,8 @@ fn the_boundary_is_closed_and_outward_and_bounds_the_volume() {
         let on_surface = document.faces_named("low end").unwrap();
         assert_eq!(on_surface.iter().filter(|is| **is).count(), low.faces.len());
         assert_eq!(mesh.group("body").unwrap().tetrahedra.len(), mesh.tetrahedra.len());
+        let whole: f64 = mesh.quadratic.iter().map(|nodes| TetMesh::quadratic_volume(&mesh.points, nodes)).sum();
+        assert!(mesh.quadratic.is_empty() || (whole / exact - 1.0).abs() < 1e-12, "{seed}: {whole}");
     }
 }
 
@@ -73,13 +85,63 @@ fn tetrahedra_listed_the_other_way_around_are_turned_and_noted() {
 }
 
 #[test]
+fn quadratic_tetrahedra_listed_the_other_way_around_are_turned_and_noted() {
+    let made = TetBox::random(3).quadratic().curved(0.01, 3);
+    let straight = parse(&made.bytes(TetFormat::Vtk)).unwrap();
+    let mut turned = made.clone();
+    // Corners 0 and 1, and with them the middles of their edges to the others.
+    turned.quadratic.iter_mut().step_by(2).for_each(|nodes| {
+        nodes.swap(0, 1);
+        nodes.swap(5, 6);
+        nodes.swap(7, 8);
+    });
+    let mesh = parse(&turned.bytes(TetFormat::Vtk)).unwrap();
+    let count = made.quadratic.len().div_ceil(2);
+    assert!(matches!(mesh.notes[0], Note::Reoriented { count: n, first: 0, .. } if n == count), "{:?}", mesh.notes);
+    let volume = |mesh: &TetMesh| -> f64 {
+        mesh.quadratic.iter().map(|nodes| TetMesh::quadratic_volume(&mesh.points, nodes)).sum()
+    };
+    assert!((volume(&mesh) / volume(&straight) - 1.0).abs() < 1e-12);
+    assert_eq!(mesh.surface().unwrap().face_count(), straight.surface().unwrap().face_count());
+}
+
+#[test]
+fn the_parts_of_a_quadratic_tetrahedron_fill_it_and_each_is_at_its_place() {
+    for seed in 0..10 {
+        let mesh = parse(&TetBox::random(seed).quadratic().shuffled(seed).bytes(TetFormat::Vtk)).unwrap();
+        assert!(!mesh.is_curved);
+        for (nodes, parts) in mesh.quadratic.iter().zip(mesh.tetrahedra.as_chunks::<PARTS>().0) {
+            let whole = TetMesh::six_volumes(&mesh.points, [nodes[0], nodes[1], nodes[2], nodes[3]]);
+            let middle_of_face = |corner: usize| {
+                let face = (0..4).filter(|other| *other != corner);
+                face.map(|other| mesh.points[nodes[other] as usize]).sum::<Vec3>() / 3.0
+            };
+            for (place, part) in parts.iter().enumerate() {
+                assert!((8.0 * TetMesh::six_volumes(&mesh.points, *part) / whole - 1.0).abs() < 1e-9);
+                if place < 4 {
+                    assert_eq!(part[place], nodes[place]);
+                } else {
+                    let face = part[1..].iter().map(|node| mesh.points[*node as usize]).sum::<Vec3>() / 3.0;
+                    assert!((face - middle_of_face(place - 4)).norm() < 1e-12);
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn a_written_mesh_is_read_as_it_was() {
     for seed in 0..10 {
-        let mesh = parse(&TetBox::random(seed).bytes(TetFormat::Msh2)).unwrap();
-        let mut out = Vec::new();
-        mesh.write_vtk(&vec![Vec3::new(1.0, -2.5e-20, 1e300); mesh.points.len()], &mut out).unwrap();
-        let again = parse(&out).unwrap();
-        assert_eq!((again.points, again.tetrahedra), (mesh.points, mesh.tetrahedra));
+        for made in random_boxes(seed) {
+            let mesh = parse(&made.bytes(TetFormat::Msh2)).unwrap();
+            let mut out = Vec::new();
+            mesh.write_vtk(&vec![Vec3::new(1.0, -2.5e-20, 1e300); mesh.points.len()], &mut out).unwrap();
+            let again = parse(&out).unwrap();
+            assert_eq!(
+                (again.points, again.tetrahedra, again.quadratic),
+                (mesh.points, mesh.tetrahedra, mesh.quadratic)
+            );
+        }
     }
 }
 
@@ -121,11 +183,11 @@ fn what_is_not_allowed_is_named_with_its_line() {
         (one(FOUR, "1\n7 999 0 1 2 3"), "test.msh:13: element 7 has type 999"),
         (
             one(FOUR, "1\n7 5 0 1 2 3 4 1 2 3 4"),
-            "test.msh:13: element 7 is a hexahedron; allowed: tetrahedra of 4 nodes; divide",
+            "test.msh:13: element 7 is a hexahedron; allowed: tetrahedra of 4 or of 10 nodes; divide",
         ),
         (
-            one(FOUR, "1\n7 11 0 1 2 3 4 1 2 3 4 1 2"),
-            "element 7 is a tetrahedron of 10 nodes; allowed: tetrahedra of 4 nodes; quadratic",
+            one(FOUR, &format!("1\n7 29 0{}", " 1".repeat(20))),
+            "element 7 is a tetrahedron of 20 nodes; allowed: tetrahedra of 4 or of 10 nodes; export",
         ),
         (one(FOUR, "2\n7 4 0 1 2 3 4"), "the number of an element: `$EndElements`"),
         (
@@ -177,6 +239,95 @@ fn what_is_not_allowed_is_named_with_its_line() {
     }
 }
 
+/// Two quadratic tetrahedra at a face, with straight edges: nodes 1 to 5 are corners, 6 to 14 middles.
+const TWO: [&str; 14] = [
+    "0 0 0",
+    "1 0 0",
+    "0 1 0",
+    "0 0 1",
+    "0 0 -1",
+    "0.5 0 0",
+    "0.5 0.5 0",
+    "0 0.5 0",
+    "0 0 0.5",
+    "0.5 0 0.5",
+    "0 0.5 0.5",
+    "0 0 -0.5",
+    "0.5 0 -0.5",
+    "0 0.5 -0.5",
+];
+/// The elements of [`TWO`] in the order of Gmsh.
+const ABOVE: &str = "7 11 0 1 2 3 4 6 7 8 9 11 10";
+const BELOW: &str = "8 11 0 1 3 2 5 8 7 6 12 13 14";
+
+/// [`TWO`] with other places of some nodes, and other elements.
+fn two(others: &[(usize, &str)], above: &str, below: &str) -> String {
+    let mut places = TWO.to_vec();
+    others.iter().for_each(|(node, place)| places[node - 1] = place);
+    let nodes: Vec<String> = places.iter().zip(1..).map(|(place, number)| format!("{number} {place}")).collect();
+    one(&format!("{}\n{}", nodes.len(), nodes.join("\n")), &format!("2\n{above}\n{below}"))
+}
+
+#[test]
+fn quadratic_tetrahedra_that_are_not_allowed_are_named() {
+    let mesh = parse(two(&[], ABOVE, BELOW).as_bytes()).unwrap();
+    assert!(mesh.quadratic.len() == 2 && mesh.tetrahedra.len() == 16 && !mesh.is_curved && mesh.notes.is_empty());
+    assert_eq!(mesh.surface().unwrap().face_count(), 24, "six outer faces of four triangles");
+    let curved = parse(two(&[(7, "0.52 0.52 0")], ABOVE, BELOW).as_bytes()).unwrap();
+    assert!(curved.is_curved && curved.notes.is_empty());
+    let cases = [
+        (
+            two(&[], ABOVE, "8 11 0 1 3 2 5 8 7 6 12 13 99"),
+            "test.msh:24: tetrahedron 8 has node 99, which is not there; allowed: 1 to 14",
+        ),
+        (
+            two(&[], ABOVE, "8 11 0 1 3 2 5 8 7 6 12 13 13"),
+            "test.msh:24: tetrahedron 8 has node 13 twice; allowed: ten",
+        ),
+        (
+            two(&[], ABOVE, "8 4 0 1 3 2 5"),
+            "test.msh:24: tetrahedron 8 has 4 nodes and tetrahedron 7 has 10; allowed: all with 4 or all with 10",
+        ),
+        (
+            two(&[(12, "0.5 0.5 0"), (14, "0 0.5 -0.5")], ABOVE, "8 11 0 1 3 2 5 8 12 6 9 13 14"),
+            "test.msh:24: tetrahedra 7 and 8 have nodes 7 and 12 in the middle of their common edge from node 2 to 3",
+        ),
+        (
+            two(&[], ABOVE, "8 11 0 1 3 2 5 8 7 6 9 13 14"),
+            "test.msh:24: node 9 is in the middle of the edges from node 1 to 4 of tetrahedron 7 and from 1 to 5 of tetrahedron 8",
+        ),
+        (
+            two(&[], ABOVE, "8 11 0 1 3 2 9 8 7 6 12 13 14"),
+            "test.msh:24: node 9 is in the middle of an edge of tetrahedron 7 and a corner of tetrahedron 8",
+        ),
+        // The order of the last two nodes is that of VTK.
+        (
+            two(&[], "7 11 0 1 2 3 4 6 7 8 9 10 11", "8 11 0 1 3 2 5 8 7 6 12 14 13"),
+            "test.msh:23: tetrahedron 7 of 10 nodes is folded over",
+        ),
+        (
+            two(&[(6, "0.8 0 0")], ABOVE, BELOW),
+            "test.msh:23: tetrahedron 7 of 10 nodes is folded over at its node 2: its Jacobian determinant is -7.1e-2",
+        ),
+        // At a quarter of an edge the determinant is zero at its end.
+        (
+            two(&[(6, "0.25 0 0")], ABOVE, BELOW),
+            "is folded over at its node 1: its Jacobian determinant is 0.0e0 times",
+        ),
+        (two(&[(9, "0 0 1e300"), (11, "nan 0 0")], ABOVE, BELOW), "a coordinate of node 11: `nan`"),
+        (two(&[(9, "0 0 1e300")], ABOVE, BELOW), "test.msh:23: tetrahedron 7 of 10 nodes is folded over"),
+        (two(&[(4, "1 1 1e-10")], ABOVE, BELOW), "test.msh:23: tetrahedron 7 is flat"),
+        (
+            two(&[], ABOVE, ABOVE).replace("8 11", "7 11"),
+            "test.msh:24: tetrahedra 7 and 7 are on the same side of their common face",
+        ),
+    ];
+    for (text, expected) in cases {
+        let error = parse(text.as_bytes()).expect_err(expected);
+        assert!(error.contains(expected), "{error}\nexpected: {expected}\n{text}");
+    }
+}
+
 #[test]
 fn what_a_file_holds_besides_is_noted() {
     let nodes = "6\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 9 9 9\n6 0 0 0";
@@ -204,9 +355,9 @@ fn what_a_file_holds_besides_is_noted() {
 #[test]
 fn a_file_cut_short_or_altered_is_an_error_or_a_mesh_and_never_a_panic() {
     let mut random = crate::testing::Random(8);
-    for format in FORMATS {
-        let bytes = TetBox::random(1).bytes(format);
-        for _ in 0..200 {
+    for (format, made) in FORMATS.into_iter().flat_map(|format| random_boxes(1).map(|made| (format, made))) {
+        let bytes = made.bytes(format);
+        for _ in 0..100 {
             let cut = random.below(bytes.len() as u64) as usize;
             drop(parse(&bytes[..cut]));
             let mut altered = bytes.clone();

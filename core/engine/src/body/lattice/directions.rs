@@ -6,6 +6,7 @@
 
 use super::Lattice;
 use super::deformation::gradient_of_tetrahedron;
+use super::fields::cells_of_tetrahedra;
 use crate::body::fibres::Fibres;
 use pliant_plugin_api::abi;
 use pliant_solver::{System, Vec3};
@@ -33,9 +34,8 @@ impl Lattice {
         }
         for set in system.sets.iter_mut().filter(wants) {
             let list = set.list_mut();
-            let elements = list.nodes.len() / 4 / cells.len().max(1);
-            list.directions.clear();
-            list.directions.extend(cells.iter().flat_map(|cell| std::iter::repeat_n(*cell, elements)));
+            let of_elements: Vec<[f64; 3]> = cells_of_tetrahedra(list, cells.len()).map(|cell| cells[cell]).collect();
+            list.directions = of_elements;
         }
     }
 

@@ -5,8 +5,9 @@
 
 use super::Lattice;
 use crate::body::StiffnessFactor;
+use pliant_mesh::tetrahedra::PARTS;
 use pliant_plugin_api::abi;
-use pliant_solver::{System, Vec3};
+use pliant_solver::{ElementList, System, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -31,6 +32,17 @@ impl Mean {
     fn of(&self, plane: usize) -> f64 {
         self.sum.get(plane).map_or(1.0, |sum| sum / self.total)
     }
+}
+
+/// The cell of each tetrahedron of a list, as an index among `cells` active ones: a cell has several, or those of a quadratic tetrahedron are its parts in
+/// which the elements that the material sees lie.
+pub(super) fn cells_of_tetrahedra(list: &ElementList, cells: usize) -> impl Iterator<Item = usize> + use<> {
+    let (stride, taken, each) = match list.weights {
+        Some(weights) => (PARTS, weights.parts(), 1),
+        None => (1, 1, list.nodes.len() / 4 / cells.max(1)),
+    };
+    let of_group = move |first: usize| (first..first + taken).flat_map(move |cell| std::iter::repeat_n(cell, each));
+    (0..cells).step_by(stride).flat_map(of_group)
 }
 
 impl Lattice {
@@ -84,8 +96,8 @@ impl Lattice {
                         of_link.get(&[a.min(b), a.max(b)]).map_or_else(ends, |mean| mean.of(plane))
                     })),
                     _ => {
-                        let elements = list.nodes.len() / 4 / cells.len().max(1);
-                        list.fields.extend(cells.iter().flat_map(|cell| std::iter::repeat_n(cell[plane], elements)));
+                        let of_elements = cells_of_tetrahedra(list, cells.len()).map(|cell| cells[cell][plane]);
+                        list.fields.extend(of_elements);
                     }
                 }
             }
@@ -100,7 +112,7 @@ impl Lattice {
 
     /// Weight of an active cell among those around a node: cubes are equal, tetrahedra have their volume, so that masses are those of their parts.
     fn cell_share(&self, cell: u32) -> f64 {
-        self.source.tetrahedra().map_or(1.0, |cells| cells.volume(self.region.cell_id[cell as usize] as u32))
+        self.source.tetrahedra().map_or(1.0, |cells| cells.mass_volume(self.region.cell_id[cell as usize] as u32))
     }
 
     /// Middle of an active cell in the undeformed grid, m.

@@ -1,7 +1,7 @@
 //! Transfers the history variables of elements to a new region.
 //!
 //! Elements are identified by their nodes, so the order of the new list does not matter. A copy of a node counts as the node it was copied
-//! from, so both parts of a cut element get the history of the whole.
+//! from, so both parts of a cut element get the history of the whole. Elements at one stencil, as those of a quadratic tetrahedron, keep their order in it.
 
 use pliant_solver::System;
 use std::collections::HashMap;
@@ -16,11 +16,11 @@ struct SetHistory {
     history: Vec<f64>,
     /// Number of elements, m.
     count: usize,
-    /// Number of each element, by its nodes.
+    /// First element of each stencil, by its nodes.
     element: HashMap<ElementKey, usize>,
 }
 
-/// Nodes of an element, ascending, with `usize::MAX` after the last.
+/// Nodes of an element, or the corners of a quadratic tetrahedron, ascending, with `usize::MAX` after the last.
 type ElementKey = [usize; 4];
 
 /// The key of an element with these nodes.
@@ -38,10 +38,9 @@ impl Histories {
             if set.history().iter().all(|value| *value == 0.0) {
                 return SetHistory::default();
             }
-            let (count, corners) = (set.count(), set.nodes().len() / set.count().max(1));
-            let elements = set.nodes().chunks_exact(corners).enumerate();
-            let element = elements.map(|(e, nodes)| (key(nodes.iter().map(|n| *n as usize)), e)).collect();
-            SetHistory { history: set.history().to_vec(), count, element }
+            let stencils = set.nodes().chunks_exact(set.stencil()).enumerate();
+            let first = |(s, nodes): (usize, &[u32])| (key(nodes.iter().map(|n| *n as usize)), s * set.parts());
+            SetHistory { history: set.history().to_vec(), count: set.count(), element: stencils.map(first).collect() }
         };
         Self(system.sets.iter().map(history_of).collect())
     }
@@ -51,12 +50,14 @@ impl Histories {
     pub(super) fn restore(&self, system: &mut System, old_node: &[Option<usize>]) {
         for (set, old) in system.sets.iter_mut().zip(&self.0).filter(|(_, old)| old.count > 0) {
             let (count, stride) = (set.count(), old.history.len() / old.count);
-            let corners = set.nodes().len() / count.max(1);
+            let parts = set.parts();
             let mut history = set.history().to_vec();
-            for (e, nodes) in set.nodes().chunks_exact(corners.max(1)).enumerate() {
+            for (s, nodes) in set.nodes().chunks_exact(set.stencil()).enumerate() {
                 let old_nodes = nodes.iter().map(|n| old_node[*n as usize].unwrap_or(usize::MAX));
                 let Some(&from) = old.element.get(&key(old_nodes)) else { continue };
-                (0..stride).for_each(|plane| history[plane * count + e] = old.history[plane * old.count + from]);
+                for (plane, part) in (0..stride).flat_map(|plane| (0..parts).map(move |part| (plane, part))) {
+                    history[plane * count + s * parts + part] = old.history[plane * old.count + from + part];
+                }
             }
             set.set_history(&history);
         }

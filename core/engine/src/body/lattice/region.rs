@@ -7,6 +7,7 @@ use crate::body::lattice::fragments::NodeKey;
 use crate::body::model::Model;
 use crate::body::skin::{NOT_EMBEDDED, Skin};
 use pliant_host::Region;
+use pliant_mesh::tetrahedra::PARTS;
 use pliant_plugin_api::abi::{self, Ball};
 use pliant_solver::{Constraint, ElementList, Nodes, System, Vec3};
 use std::collections::HashMap;
@@ -285,8 +286,18 @@ impl Lattice {
     }
 
     /// Lists the tetrahedra of each active cell in turn, or of a cube only the inner one with three times the measure: its volume is a third of the cube's.
+    /// Quadratic tetrahedra are listed as stencils of their nodes.
     fn list_tetrahedra(&self, list: &mut ElementList, inner_only: bool) {
         let region = &self.region;
+        list.weights = self.source.tetrahedra().and_then(|cells| cells.corner_weights());
+        if let Some(weights) = list.weights {
+            for [a, b, c, d, ..] in region.cell_corners.as_chunks::<PARTS>().0 {
+                // The part at each corner has this corner and the middles of three edges.
+                list.nodes.extend([a[0], b[1], c[2], d[3], a[1], b[2], a[2], a[3], b[3], c[3]]);
+            }
+            list.measure.resize(region.cell_corners.len() / PARTS * weights.parts(), 1.0);
+            return;
+        }
         for (cell, corners) in region.cell_corners.iter().enumerate() {
             let share = self.fragments.share(self.cell_fragment(cell as u32));
             let (tetrahedra, measure) = match self.source.tetrahedra_of(region, &self.facts, cell as u32) {

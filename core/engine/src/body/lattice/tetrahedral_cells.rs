@@ -2,12 +2,16 @@
 //!
 //! A lattice knows cells of eight corners and weights at them. A tetrahedron is such a cell whose last four corners repeat others and have no weight; the
 //! first four have its barycentric coordinates. So a surface, contact, fields and paint need not know which cells they are in.
+//!
+//! The cells of a quadratic tetrahedron are its eight parts, whose corners are its ten nodes: points inside follow the nodes around them linearly. Only elements
+//! and masses are those of the whole.
 
 use pliant_host::Region;
 use pliant_mesh::geometry::TriangleTree;
+use pliant_mesh::tetrahedra::PARTS;
 use pliant_mesh::{Placement, Surface, TetMesh};
 use pliant_plugin_api::abi::{self, Ball, Level};
-use pliant_solver::Vec3;
+use pliant_solver::{CornerWeights, Vec3};
 
 /// How far a point may be outside of a tetrahedron and still be embedded in it, in barycentric coordinates: samples of a bent surface lie a little outside of it.
 const BEYOND: f64 = 0.1;
@@ -15,13 +19,15 @@ const BEYOND: f64 = 0.1;
 /// Barycentric coordinates below which a point is on a face: far above their rounding, far below what can be seen.
 const ROUNDING: f64 = 1e-10;
 
-/// A tetrahedral mesh placed in the scene. Cell i is tetrahedron i of the file, node i its node i.
+/// A tetrahedral mesh placed in the scene. Cell i is linear tetrahedron i of the mesh, node i its node i.
 pub struct TetrahedralCells {
     mesh: TetMesh,
     /// m, rest positions of the nodes (n x 3)
     rest: Vec<Vec3>,
-    /// m^3, volume of each tetrahedron (c)
+    /// m^3, volume of each cell (c)
     volume: Vec<f64>,
+    /// m^3, volume of each quadratic tetrahedron (q)
+    quadratic_volume: Vec<f64>,
     /// Boxes around the tetrahedra with [`BEYOND`], in the form of triangles from the least to the greatest corner.
     tree: TriangleTree,
     /// Vertices of the surface, cell by cell.
@@ -38,6 +44,7 @@ impl TetrahedralCells {
     pub fn new(mesh: TetMesh, placement: &Placement, surface: &Surface) -> Self {
         let rest: Vec<Vec3> = mesh.points.iter().map(|point| placement.apply(*point)).collect();
         let volume: Vec<f64> = mesh.tetrahedra.iter().map(|nodes| TetMesh::six_volumes(&rest, *nodes) / 6.0).collect();
+        let quadratic_volume = mesh.quadratic.iter().map(|nodes| TetMesh::quadratic_volume(&rest, nodes)).collect();
         let (mut corners, mut boxes, mut edges) = (Vec::new(), Vec::new(), 0.0);
         for nodes in &mesh.tetrahedra {
             let at = nodes.map(|node| rest[node as usize]);
@@ -70,7 +77,8 @@ impl TetrahedralCells {
             nodes: rest.len() as u64,
         };
         let tree = TriangleTree::new(&corners, &boxes);
-        let mut cells = Self { mesh, rest, volume, tree, points: Vec::new(), starts: Vec::new(), is_outer, facts };
+        let (points, starts) = (Vec::new(), Vec::new());
+        let mut cells = Self { mesh, rest, volume, quadratic_volume, tree, points, starts, is_outer, facts };
         cells.embed_vertices(&surface.points);
         cells
     }
@@ -166,6 +174,11 @@ impl TetrahedralCells {
         for ball in balls.iter().filter(|_| !is_whole) {
             self.tree.near(ball.centre.into(), ball.radius, |cell| is_selected[cell as usize] = true);
         }
+        if !self.quadratic_volume.is_empty() {
+            for parts in is_selected.chunks_exact_mut(PARTS) {
+                parts.fill(parts.contains(&true));
+            }
+        }
         let (mut measure, mut is_used, mut is_border) =
             (vec![0.0; self.rest.len()], vec![false; self.rest.len()], vec![false; self.rest.len()]);
         for (nodes, (volume, is_selected)) in self.mesh.tetrahedra.iter().zip(self.volume.iter().zip(&is_selected)) {
@@ -173,6 +186,15 @@ impl TetrahedralCells {
                 is_used[node] |= is_selected;
                 is_border[node] |= !is_selected;
                 measure[node] += if *is_selected { 0.25 * volume } else { 0.0 };
+            }
+        }
+        if !self.quadratic_volume.is_empty() {
+            measure.fill(0.0);
+        }
+        for (element, (nodes, volume)) in self.mesh.quadratic.iter().zip(&self.quadratic_volume).enumerate() {
+            if is_selected[PARTS * element] {
+                let shares = nodes.iter().zip(CornerWeights::MASS_SHARES);
+                shares.for_each(|(node, share)| measure[*node as usize] += share * volume);
             }
         }
         let mut number = vec![0; self.rest.len()];
@@ -196,14 +218,28 @@ impl TetrahedralCells {
         out.cell_fragment.resize(out.cell_id.len(), 0);
     }
 
-    /// Volume of a cell, m^3.
-    pub fn volume(&self, cell: u32) -> f64 {
-        self.volume[cell as usize]
+    /// Volume whose mass a cell gives to each of its nodes in equal parts, m^3. Of a quadratic tetrahedron it is that of the whole for the parts at its corners,
+    /// and zero for the others: each node has equal parts of the former alone.
+    pub fn mass_volume(&self, cell: u32) -> f64 {
+        match self.quadratic_volume.get(cell as usize / PARTS) {
+            Some(volume) if (cell as usize % PARTS) < 4 => *volume,
+            Some(_) => 0.0,
+            None => self.volume[cell as usize],
+        }
+    }
+
+    /// Weights of the nodes of quadratic tetrahedra in the corners of the elements that a material sees; `None` for linear tetrahedra.
+    pub fn corner_weights(&self) -> Option<&'static CornerWeights> {
+        match (self.mesh.quadratic.is_empty(), self.mesh.is_curved) {
+            (true, _) => None,
+            (false, true) => Some(CornerWeights::curved_tetrahedra()),
+            (false, false) => Some(CornerWeights::straight_tetrahedra()),
+        }
     }
 
     /// Estimate of the memory, bytes: the largest arrays.
     pub fn bytes(&self) -> usize {
         // Positions, numbers and tags of nodes; corners, volume, box and tag of cells.
-        self.rest.len() * (24 + 24 + 8) + self.volume.len() * (16 + 8 + 8 + 96)
+        self.rest.len() * (24 + 24 + 8) + self.volume.len() * (16 + 8 + 8 + 96) + self.quadratic_volume.len() * (40 + 8)
     }
 }
