@@ -8,7 +8,6 @@
 
 pub mod app;
 pub mod arguments;
-pub mod device_hand;
 pub mod gl;
 pub mod materials;
 pub mod opening;

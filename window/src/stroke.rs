@@ -1,9 +1,9 @@
 //! The hands of the session, moved by the pointer.
 
-use crate::device_hand::{DeviceHand, HandNews};
 use crate::symmetry::MirrorPlane;
-use crate::view::Camera;
-use pliant_editor::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
+use pliant_editor::{
+    DeviceHand, DeviceWish, Gesture, HandNews, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint,
+};
 use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::PointerHandle;
 use pliant_solver::Vec3;
@@ -80,12 +80,13 @@ impl HandControl {
     }
 
     /// Guides the device for a frame, and the hand that mirrors it; as for [`DeviceHand::advance`].
-    pub fn guide_device(&mut self, camera: &Camera, buttons: [u32; 3], force_share: f64) -> HandNews {
+    pub fn guide_device(&mut self, wish: &DeviceWish) -> HandNews {
         let Some(device_hand) = &mut self.device_hand else { return HandNews::None };
-        let news = device_hand.advance(camera, buttons, force_share);
-        match (&self.plane, device_hand.place()) {
-            (Some(plane), Some((place, buttons))) if device_hand.leads() => {
-                glide(&mut self.mirror, &self.device_frame, &plane.hand(&place), buttons, GLIDE);
+        let news = device_hand.advance(wish);
+        let state = device_hand.state();
+        match (&self.plane, state.place) {
+            (Some(plane), Some(place)) if device_hand.leads() => {
+                plane.hand(&place).glide(&mut self.mirror, &self.device_frame, state.buttons, GLIDE);
             }
             _ => self.mirror.remove(),
         }
@@ -204,9 +205,9 @@ impl HandControl {
 
     /// Sends the hand, and the one that mirrors it, to a place within `duration` (s).
     fn glide(&mut self, place: &HandPlace, buttons: u32, duration: f64) {
-        glide(&mut self.hand, &self.device_frame, place, buttons, duration);
+        place.glide(&mut self.hand, &self.device_frame, buttons, duration);
         if let Some(plane) = &self.plane {
-            glide(&mut self.mirror, &self.device_frame, &plane.hand(place), buttons, duration);
+            plane.hand(place).glide(&mut self.mirror, &self.device_frame, buttons, duration);
         }
     }
 
@@ -215,12 +216,4 @@ impl HandControl {
         let stroke = self.stroke.as_ref()?;
         Some([stroke.start?.position, stroke.end?.position])
     }
-}
-
-/// Sends a hand to a place in the scene.
-fn glide(hand: &mut PointerHandle, frame: &DeviceFrame, place: &HandPlace, buttons: u32, duration: f64) {
-    let DeviceFrame { origin, rotation, scale } = *frame;
-    let back = rotation.inverse();
-    let position = back * (place.position - origin) / scale;
-    hand.glide_to(position, back * place.rotation, buttons, duration);
 }

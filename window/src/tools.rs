@@ -1,6 +1,6 @@
 //! The tools of the window: one for each edit kind of the engine.
 
-use pliant_editor::{Gesture, PaintStroke, has_release, stroke_button};
+use pliant_editor::{Gesture, PaintStroke, has_release, opposite_kind, stroke_button};
 use pliant_engine::edit::{EditKind, KINDS};
 use pliant_engine::scene::Release;
 
@@ -22,10 +22,7 @@ impl ToolKind {
 
     /// What the tool does with Ctrl held: the opposite, if the engine has it.
     pub fn inverse(&self, all: &[Self]) -> Option<Self> {
-        let of = |[a, b]: [&str; 2]| {
-            if a == self.name() { Some(b.to_owned()) } else { (b == self.name()).then(|| a.to_owned()) }
-        };
-        let name = OPPOSITES.into_iter().find_map(of)?;
+        let name = opposite_kind(self.name())?;
         all.iter().find(|tool| tool.name() == name).copied()
     }
 
@@ -80,8 +77,6 @@ impl ToolKind {
 
 /// Edit kinds with the first keys.
 const FIRST: [&str; 4] = ["touch", "pull", "cut", "grab"];
-/// Edit kinds that undo each other.
-const OPPOSITES: [[&str; 2]; 3] = [["inflate", "deflate"], ["grow", "shrink"], ["pin", "unpin"]];
 /// Letters of tools that have no digit.
 const LETTERS: [(&str, char); 4] = [("pin", 'M'), ("unpin", 'N'), ("paint", 'P'), ("stitch", 'S')];
 /// The edit kind that evens out.

@@ -5,6 +5,8 @@
 //! a pose for the engine's virtual coupling; no forces are computed here.
 
 use nalgebra::{Rotation3, UnitQuaternion};
+use pliant_engine::tool::Frame;
+use pliant_live::PointerHandle;
 use pliant_solver::Vec3;
 
 /// Mapping from pointer to hand.
@@ -43,6 +45,14 @@ pub struct HandPlace {
     pub position: Vec3,
     /// Rotation from axes of the hand to those of the scene; z points towards the viewer.
     pub rotation: UnitQuaternion<f64>,
+}
+
+impl HandPlace {
+    /// Sends a pointer whose device has this `frame` there within `duration` (s), with these buttons (bit i is button i).
+    pub fn glide(&self, pointer: &mut PointerHandle, frame: &Frame, buttons: u32, duration: f64) {
+        let rotation = frame.rotation.inverse() * self.rotation;
+        pointer.glide_to(frame.to_hand(self.position), rotation, buttons, duration);
+    }
 }
 
 /// Parameters of the beginning of a stroke.

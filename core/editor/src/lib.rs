@@ -8,6 +8,7 @@
 pub mod surface;
 
 mod device;
+mod device_hand;
 mod draft;
 mod hand;
 mod hand_scene;
@@ -17,11 +18,12 @@ mod substance;
 mod units;
 
 pub use device::{DeviceChoice, DeviceRequest, device_choices};
+pub use device_hand::{DeviceHand, DeviceHandState, DeviceView, DeviceWish, HandNews};
 pub use draft::{BODY, Draft, DraftMaterial, TOOL_SHARE};
 pub use hand::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
 pub use hand_scene::{
     HAND, HandSettings, HandStroke, MAX_PAINTED, MIRROR, PaintStroke, give_hand, hand_strokes, has_release,
-    stroke_button,
+    opposite_kind, stroke_button,
 };
 pub use preset::{PlasticFlow, SOLIDS, SolidPreset, fabrics, solid, stiffness_word};
 pub use session_scene::SessionScene;

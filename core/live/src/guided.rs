@@ -96,6 +96,10 @@ pub struct GuidedHand {
     pub place: Option<(Vec3, UnitQuaternion<f64>)>,
     /// Place in [`Guide::buttons`] of what is pressed.
     pub pressed: usize,
+    /// Buttons of the scene that are pressed: bit i is button i.
+    pub buttons: u32,
+    /// Force the device was given in the last tick, in its own axes, N.
+    pub force: Vec3,
     /// What the device returned when it was lost.
     pub lost: Option<Status>,
 }
@@ -136,6 +140,8 @@ pub struct GuidedDevice {
     /// Time of the last tick, ns.
     last: u64,
     lost: Option<Status>,
+    /// Force of the last tick, in axes of the device, N.
+    force: Vec3,
     /// Poses of all effectors of the device.
     poses: Vec<Pose>,
 }
@@ -159,6 +165,7 @@ impl GuidedDevice {
             now: None,
             last: 0,
             lost: None,
+            force: Vec3::zeros(),
         };
         (device, GuideHandle { guide: asked, hand: seen })
     }
@@ -198,7 +205,7 @@ impl GuidedDevice {
         pose.orientation = rotation.coords.into();
         pose.buttons = guide.buttons[pressed];
         let place = (pose.flags & POSE_VALID != 0).then_some((position, rotation));
-        (pose, GuidedHand { place, pressed, lost: None })
+        (pose, GuidedHand { place, pressed, buttons: pose.buttons, force: self.force, lost: None })
     }
 }
 
@@ -245,6 +252,7 @@ impl HapticDevice for GuidedDevice {
                 // A rotation is not scaled, so a torque has the scale of the energy.
                 rendered[0].torque = (force / self.scale.length * (back * Vec3::from(output.torque))).into();
             }
+            self.force = rendered[0].force.into();
             let status = self.device.write(time, &rendered[..self.poses.len()]);
             self.lost = (status != Status::OK).then_some(status);
         }

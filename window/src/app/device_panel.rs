@@ -1,11 +1,13 @@
 //! Who has the hand: the pointer, or a haptic device.
 
 use super::App;
-use crate::device_hand::HandNews;
 use crate::strings;
 use crate::tools::ToolKind;
 use eframe::egui::{self, Slider};
-use pliant_editor::{DeviceChoice, LengthUnit, PaintStroke, device_choices, format_length};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use pliant_editor::{
+    DeviceChoice, DeviceView, DeviceWish, HandNews, LengthUnit, PaintStroke, device_choices, format_length,
+};
 use pliant_engine::scene::Release;
 
 impl App {
@@ -95,7 +97,10 @@ impl App {
         let plane = self.settings.mirror.map(|axis| model.mirror(axis));
         model.hand.set_mirror(plane);
         let device = model.hand.device_hand().map_or_else(String::new, |device_hand| device_hand.name.clone());
-        let news = model.hand.guide_device(&self.camera, buttons, share);
+        let axes = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&self.camera.axes()));
+        let view =
+            DeviceView { centre: self.camera.target.coords, rotation: UnitQuaternion::from_rotation_matrix(&axes) };
+        let news = model.hand.guide_device(&DeviceWish { view, buttons, force_share: share });
         let paints_nothing = tool.paints() && model.facts.painted.is_empty();
         match news {
             HandNews::None => {}
@@ -118,7 +123,7 @@ impl App {
     /// A line on the scale of the device that has the hand.
     pub(super) fn device_scale(&self) -> Option<String> {
         let device_hand = self.model.as_ref()?.hand.device_hand().filter(|device_hand| device_hand.leads())?;
-        let step = format_length(LengthUnit::Centimetre.metres() * device_hand.scale.length);
+        let step = format_length(LengthUnit::Centimetre.metres() * device_hand.length_scale());
         Some(strings::device_scale(&step))
     }
 }

@@ -2,8 +2,8 @@
 
 use super::gauges::{Gauges, StepTimes};
 use super::history::Stroke;
-use crate::device_hand::DeviceHand;
 use crate::opening::ModelFacts;
+use pliant_editor::DeviceHand;
 use pliant_editor::surface::ViewSurface;
 use pliant_engine::body::Model;
 use pliant_engine::session::{SculptLayerState, SessionCommand, StiffnessState, Warning};

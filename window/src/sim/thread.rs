@@ -7,14 +7,13 @@ use super::gauges::GaugeWindow;
 use super::history::StrokeLog;
 use super::messages::{Command, Notice, Notifier, OpenModel, Status};
 use super::session_file::SessionFile;
-use crate::device_hand::DeviceHand;
-use crate::opening::{ModelFacts, OpenRequest, Opened, open};
+use crate::opening::{OpenRequest, Opened, open};
 use crate::strings;
-use pliant_editor::HandSettings;
+use pliant_editor::DeviceHand;
 use pliant_editor::surface::ViewSurface;
 use pliant_engine::session::{CancelToken, EventKind, Session, SessionCommand};
 use pliant_host::Device;
-use pliant_live::{DeviceScale, GuidedDevice, HapticDevice, LiveSession, LiveSettings, PointerDevice, view_buffer};
+use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, view_buffer};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -58,7 +57,7 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
     let [slot, mirror] = &session.devices[..] else { return Err("the scene has not two hands".into()) };
     let device_frame = slot.frame;
     let ((device, hand), (other, mirrored)) = (PointerDevice::new(slot.facts), PointerDevice::new(mirror.facts));
-    let (device, device_hand) = give_device(device, real, request, &facts, notifier);
+    let (device, device_hand) = give_device(device, real, &session, request, notifier);
     let has_device = device_hand.is_some();
     let devices: Vec<Box<dyn HapticDevice>> = vec![device, Box::new(other)];
     let hands = [hand, mirrored];
@@ -197,8 +196,8 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
 fn give_device(
     pointer: PointerDevice,
     real: Option<Result<Device, String>>,
+    session: &Session,
     request: &OpenRequest,
-    facts: &ModelFacts,
     notifier: &Notifier,
 ) -> (Box<dyn HapticDevice>, Option<DeviceHand>) {
     let real = match real {
@@ -209,11 +208,9 @@ fn give_device(
         }
         Some(Ok(device)) => device,
     };
-    let HandSettings { size, coupling, peak_force, .. } = facts.hand;
-    let scale = DeviceScale::fit(real.device_info(), size, coupling, peak_force);
-    let (guided, handle) = GuidedDevice::new(Box::new(real), pointer, scale);
     let name = request.device.as_ref().map_or_else(String::new, |device| device.plugin.clone());
-    (Box::new(guided), Some(DeviceHand::new(handle, scale, name)))
+    let (guided, hand) = DeviceHand::give(Box::new(real), pointer, (session, 0), name);
+    (Box::new(guided), Some(hand))
 }
 
 /// Whether people should hear of it. A pointer jumps and leaves as a hand does not, what is taken back is in the history, and substeps are in the times

@@ -1,0 +1,161 @@
+//! The hand of a device: where its workspace is in a view, and what its buttons do.
+//!
+//! Right, up and towards the user of the device are those of the picture; the middle of its workspace is what the picture shows the middle of. During a stroke
+//! the workspace stays where it is, however the view turns.
+
+use crate::hand::HandPlace;
+use nalgebra::UnitQuaternion;
+use pliant_engine::session::Session;
+use pliant_engine::tool::Frame;
+use pliant_live::{DeviceScale, Guide, GuideHandle, GuidedDevice, HapticDevice, PointerDevice};
+use pliant_solver::Vec3;
+
+/// Where somebody looks at a scene from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviceView {
+    /// What the middle of the picture shows, m.
+    pub centre: Vec3,
+    /// Rotation from axes of the picture (right, up, towards the viewer) to those of the scene.
+    pub rotation: UnitQuaternion<f64>,
+}
+
+/// What a program asks of a device in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviceWish {
+    /// Where its user looks from.
+    pub view: DeviceView,
+    /// Buttons of the scene (bit i is button i) while no button of the device is pressed, while its first is, and while only another is.
+    pub buttons: [u32; 3],
+    /// Share of the force that the device can render, 0 to 1.
+    pub force_share: f64,
+}
+
+/// A device that can have the hand.
+pub struct DeviceHand {
+    handle: GuideHandle,
+    /// What was asked for last, in axes of the frame.
+    guide: Guide,
+    /// Frame of the device that it stands in for.
+    frame: Frame,
+    /// How lengths and forces are scaled.
+    pub scale: DeviceScale,
+    /// What the device is called.
+    pub name: String,
+    /// Largest force on the device at a share of 1, N.
+    peak_force: f64,
+    /// Place in [`DeviceWish::buttons`] of the stroke that is under way; 0 for none.
+    pressed: usize,
+}
+
+/// What the device's user has done since the last call.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HandNews {
+    /// Nothing but motion.
+    None,
+    /// A stroke has begun, with the first button or with another.
+    Began {
+        /// Whether it is another than the first.
+        is_other: bool,
+    },
+    /// The stroke has ended.
+    Ended,
+    /// The device is lost, and why; the pointer has the hand.
+    Lost(&'static str),
+}
+
+/// The hand of a device in the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DeviceHandState {
+    /// Where it is; `None` while the device gives no pose.
+    pub place: Option<HandPlace>,
+    /// Buttons of the scene that are pressed: bit i is button i.
+    pub buttons: u32,
+    /// Force the device was given last, in its own axes, N.
+    pub force: Vec3,
+    /// Largest force it may be given now, N.
+    pub force_limit: f64,
+}
+
+impl DeviceHand {
+    /// Puts a device called `name` beside the pointer of a tool (by index) of a session, at the scale at which the bodies fit into its workspace. Returns what
+    /// the session gets for both, and the hand, which leads at once.
+    pub fn give(
+        device: Box<dyn HapticDevice>,
+        pointer: PointerDevice,
+        (session, tool): (&Session, usize),
+        name: String,
+    ) -> (GuidedDevice, Self) {
+        let slot = &session.tools[tool];
+        let frame = session.devices[slot.device].frame;
+        let bodies = session.bodies.iter().map(|body| &body.model);
+        let models = bodies.chain(session.standing.iter().map(|(_, model)| model));
+        let size = models.map(|model| model.surface.bounds().longest_edge()).fold(0.0, f64::max);
+        let (coupling, peak) = (slot.tool.coupling.stiffness, slot.safety.limits().peak);
+        let info = device.device_info();
+        let scale = DeviceScale::fit(&info, size / frame.scale, coupling * frame.scale, peak);
+        let peak_force = (scale.force * peak).min(info.peak_force);
+        let (guided, handle) = GuidedDevice::new(device, pointer, scale);
+        let guide = Guide { leads: true, ..Guide::default() };
+        (guided, Self { handle, guide, frame, scale, name, peak_force, pressed: 0 })
+    }
+
+    /// Displacement in the scene for one of the device.
+    pub fn length_scale(&self) -> f64 {
+        self.scale.length * self.frame.scale
+    }
+
+    /// Whether the device has the hand, and not the pointer.
+    pub fn leads(&self) -> bool {
+        self.guide.leads
+    }
+
+    /// Gives the hand to the device, or to the pointer. The device gets it with the next frame, where the picture then is.
+    pub fn set_leads(&mut self, leads: bool) {
+        self.guide.leads = leads;
+        self.pressed = 0;
+        if !leads {
+            self.handle.set(self.guide);
+        }
+    }
+
+    /// Whether a stroke is under way.
+    pub fn is_busy(&self) -> bool {
+        self.pressed > 0
+    }
+
+    /// The hand at the last tick of the device.
+    pub fn state(&mut self) -> DeviceHandState {
+        let hand = self.handle.hand();
+        let place = hand.place.map(|(position, rotation)| HandPlace {
+            position: self.frame.to_scene(position),
+            rotation: self.frame.rotation * rotation,
+        });
+        let force_limit = self.guide.force_share * self.peak_force;
+        DeviceHandState { place, buttons: hand.buttons, force: hand.force, force_limit }
+    }
+
+    /// Guides the device for a frame.
+    pub fn advance(&mut self, wish: &DeviceWish) -> HandNews {
+        let hand = self.handle.hand();
+        if let Some(status) = hand.lost {
+            self.set_leads(false);
+            return HandNews::Lost(status.meaning());
+        }
+        // A button that does nothing in the scene begins no stroke.
+        let pressed = if hand.buttons == 0 { 0 } else { hand.pressed };
+        let before = std::mem::replace(&mut self.pressed, pressed);
+        if pressed == 0 {
+            self.guide.rotation = self.frame.rotation.inverse() * wish.view.rotation;
+            self.guide.centre = self.frame.to_hand(wish.view.centre);
+            self.guide.buttons = wish.buttons;
+        }
+        self.guide.force_share = wish.force_share;
+        self.handle.set(self.guide);
+        match (before, pressed) {
+            (0, 0) => HandNews::None,
+            (0, pressed) => HandNews::Began { is_other: pressed > 1 },
+            (_, 0) => HandNews::Ended,
+            _ => HandNews::None,
+        }
+    }
+}
