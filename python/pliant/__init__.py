@@ -19,16 +19,18 @@ Examples
 
 from . import batch
 from ._batch import Batch, BatchResult, BatchTools, BatchTrace
+from ._device_hand import DeviceHand, DeviceState
 from ._error import PliantError
-from ._hand import Hand, ToolState
+from ._hand import Hand
 from ._hyperelastic import Case, Hyperelastic, check
-from ._live import Live, UsedPose
+from ._live import Live, Poses, UsedPose
+from ._pose import ToolState
 from ._positions import Positions
 from ._result import Mesh, Probe, RayHit, Result, ToolTrace, Trace, run
 from ._scene import Scene
 from ._session import Frame, Session, Snapshot
 from ._warning import PliantWarning
-from .catalogue import Fabric, Material, Param, Plugin, Preset, edit_kinds, plugins, quantities
+from .catalogue import Fabric, Material, Param, Plugin, Preset, devices, edit_kinds, opposite_kind, plugins, quantities
 
 __version__ = "0.1.0"
 
@@ -38,6 +40,8 @@ __all__ = [
     "BatchTools",
     "BatchTrace",
     "Case",
+    "DeviceHand",
+    "DeviceState",
     "Fabric",
     "Frame",
     "Hand",
@@ -49,6 +53,7 @@ __all__ = [
     "PliantError",
     "PliantWarning",
     "Plugin",
+    "Poses",
     "Positions",
     "Preset",
     "Probe",
@@ -63,7 +68,9 @@ __all__ = [
     "UsedPose",
     "batch",
     "check",
+    "devices",
     "edit_kinds",
+    "opposite_kind",
     "plugins",
     "quantities",
     "run",

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._error import PliantError
-from ._hand import as_pose
+from ._pose import as_pose
 from ._scene import Scene, as_scene
 from ._stepped import Stepped
 from .catalogue import open_options

@@ -1,47 +1,17 @@
-"""Hands and the tools they hold."""
+"""Hands, to be moved by the caller or given to a device."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+import os
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import _native
+from ._device_hand import Buttons, DeviceHand, as_masks
 from ._error import PliantError
-
-
-@dataclass(frozen=True)
-class ToolState:
-    """A tool at the end of a step.
-
-    Attributes
-    ----------
-    hand : ndarray
-        m (3), where the hand is.
-    proxy : ndarray
-        m (3), where the surface lets the tool be.
-    contact : str or None
-        The body it touches or holds.
-    holds : bool
-        Whether it holds on.
-    depth : float
-        m, how far the surface has gone in, or out.
-    force : ndarray
-        N (3), on the hand, in the scene.
-    device_force : ndarray
-        N (3), what the device was given, in its own axes.
-    """
-
-    hand: NDArray[np.float64]
-    proxy: NDArray[np.float64]
-    contact: str | None
-    holds: bool
-    depth: float
-    force: NDArray[np.float64]
-    device_force: NDArray[np.float64]
+from ._pose import as_place, as_pose, as_rotation
 
 
 class Hand:
@@ -67,6 +37,56 @@ class Hand:
         """
         self._session.place_hand(self._tool, *as_pose(position, rotation, buttons))
 
+    def follow(
+        self,
+        device: str,
+        params: Mapping[str, Any] | None = None,
+        *,
+        view: Any = None,
+        centre: ArrayLike | None = None,
+        buttons: Buttons = (0, [0], [1]),
+        force_share: float = 1.0,
+    ) -> DeviceHand:
+        """Give the hand to a haptic device, in real time, until the result is stopped; until then the session itself is busy.
+
+        The device is read and given its force by a native thread at its own rate, steps are taken by another; neither needs the interpreter. The bodies take
+        seven tenths of the device's workspace, and its force is scaled so that it can render what the tool's hand may feel at most.
+
+        All other hands are the caller's from then on, as after :meth:`go`, and away until :meth:`Live.go` sends them somewhere.
+
+        Parameters
+        ----------
+        device : str
+            One of :func:`devices`, or the path of a library in a folder of the session's `allow_plugins`, with ``#`` and an id if it has several devices.
+        params : mapping, optional
+            Parameters of the device, with ``_`` for ``-``: numbers in SI units or texts with a unit such as ``"10 mm"``.
+        view : array_like or Rotation, optional
+            Rotation from axes of the user's picture (right, up, towards the user) to those of the scene: right on the device is right in the picture. The axes
+            of the scene by default.
+        centre : array_like, optional
+            m (3), where the middle of the device's workspace is; the middle of the bodies by default.
+        buttons : tuple
+            Buttons of the scene that are pressed while no button of the device is, while its first is, and while only another is; each as for
+            :meth:`go`. By default none, button 0 and button 1.
+        force_share : float
+            Share of the force that the device can render, 0 to 1.
+
+        Returns
+        -------
+        DeviceHand
+
+        Raises
+        ------
+        PliantError
+            Of kind ``"plugin"``: there is no such device, it cannot be opened, or a parameter or library is not allowed. Of kind ``"argument"``: the tool
+            shares the device of its hand with another, or an argument is not allowed.
+        """
+        texts = [(key.replace("_", "-"), _text(key, value)) for key, value in (params or {}).items()]
+        place = None if centre is None else as_place("centre", centre)
+        looking = (place, as_rotation("view", view))
+        given = as_masks(buttons)
+        return DeviceHand(self._session, self._session.follow(self._tool, (device, texts), looking, given, force_share), device)
+
     def leave(self) -> None:
         """Take the hand away: its tool lets go of everything."""
         self._session.place_hand(self._tool, None, (0.0, 0.0, 0.0, 1.0), 0)
@@ -75,34 +95,11 @@ class Hand:
         return f"<hand of tool `{self._tool}`>"
 
 
-def as_pose(
-    position: ArrayLike, rotation: Any, buttons: int | Iterable[int]
-) -> tuple[tuple[float, ...], tuple[float, ...], int]:
-    """A place, a turn and buttons as the native half takes them."""
-    place = np.asarray(position, dtype=np.float64)
-    if place.shape != (3,):
-        raise PliantError(f"position has the shape {place.shape}; allowed is (3,)")
-    turn: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0)
-    if rotation is not None:
-        quaternion = np.asarray(rotation.as_quat() if hasattr(rotation, "as_quat") else rotation, dtype=np.float64)
-        if quaternion.shape != (4,):
-            raise PliantError(f"rotation has the shape {quaternion.shape}; allowed is (4,), a quaternion (x, y, z, w)")
-        turn = tuple(quaternion.tolist())
-    if isinstance(buttons, (int, np.integer)):
-        mask = int(buttons)
-    else:
-        numbers = set(buttons)
-        mask = sum(1 << button for button in numbers) if min(numbers, default=0) >= 0 else -1
-    if not 0 <= mask < 1 << 32:
-        raise PliantError(f"buttons {buttons!r}; allowed are buttons 0 to 31")
-    return tuple(place.tolist()), turn, mask
+def _text(key: str, value: Any) -> str:
+    """The value of a parameter as the native half takes it."""
+    if isinstance(value, bool) or not isinstance(value, (str, int, float, os.PathLike)):
+        raise PliantError(f"parameter `{key}` is {value!r}; allowed is a number, a text or a path")
+    return os.fspath(value) if isinstance(value, os.PathLike) else str(value)
 
 
-def tool_state(state: dict[str, Any]) -> ToolState:
-    """A tool of what the native half says of it."""
-    vectors = {key: np.array(state[key]) for key in ("hand", "proxy", "force", "device_force")}
-    return ToolState(**(state | vectors))
-
-
-for _public in (ToolState, Hand):
-    _public.__module__ = "pliant"
+Hand.__module__ = "pliant"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._hand import ToolState, as_pose, tool_state
+from ._pose import ToolState, as_pose, tool_state
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,45 @@ class UsedPose:
     position: tuple[float, ...]
     rotation: tuple[float, ...]
     buttons: int
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Poses of hands in steps, as arrays; iterating gives them one by one.
+
+    Attributes
+    ----------
+    time : ndarray
+        s (n), the end of each step.
+    tool : ndarray
+        Name of the tool (n).
+    position : ndarray
+        m (n x 3), in the scene.
+    rotation : ndarray
+        Quaternions (n x 4): x, y, z, w.
+    buttons : ndarray
+        Bit i is button i (n).
+    """
+
+    time: NDArray[np.float64]
+    tool: NDArray[np.str_]
+    position: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+    buttons: NDArray[np.uint32]
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __iter__(self) -> Iterator[UsedPose]:
+        rows = zip(
+            self.time.tolist(),
+            self.tool.tolist(),
+            map(tuple, self.position.tolist()),
+            map(tuple, self.rotation.tolist()),
+            self.buttons.tolist(),
+            strict=True,
+        )
+        return (UsedPose(*row) for row in rows)
 
 
 class Live:
@@ -151,16 +190,30 @@ class Live:
         """Whether it goes on; a fault of the program ends it."""
         return self._native.state()[3]
 
+    def take_poses(self) -> Poses:
+        """Take where hands were in every step since it began, or since the last call; they are kept until somebody takes them.
+
+        Returns
+        -------
+        Poses
+        """
+        return self._poses(self._native.take_poses())
+
     def stop(self) -> list[UsedPose]:
         """Stop; the session goes on step by step.
 
         Returns
         -------
         list of UsedPose
-            Where hands were in every step since it began, for making the same again.
+            Where hands were in every step since it began, or since :meth:`take_poses`, for making the same again.
         """
-        rows = self._native.stop()
-        return [UsedPose(time, tool, tuple(place), tuple(turn), buttons) for time, tool, place, turn, buttons in rows]
+        return list(self._poses(self._native.stop()))
+
+    def _poses(self, arrays: _native._PoseArrays) -> Poses:
+        """Poses of what the native half gives."""
+        time, tool, position, rotation, buttons = arrays
+        names = np.array(self._native.tools, dtype=np.str_)
+        return Poses(time, names[tool], position, rotation, buttons)
 
     def __enter__(self) -> Live:
         return self
@@ -171,5 +224,5 @@ class Live:
         self.stop()
 
 
-for _public in (UsedPose, Live):
+for _public in (UsedPose, Poses, Live):
     _public.__module__ = "pliant"

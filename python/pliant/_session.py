@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
+from ._device_hand import stop_devices_of
 from ._error import PliantError
-from ._hand import Hand, ToolState, tool_state
+from ._hand import Hand
 from ._live import Live
+from ._pose import ToolState, tool_state
 from ._positions import Positions
 from ._result import Mesh
 from ._scene import Scene, as_scene
@@ -124,7 +126,7 @@ class Session(Stepped[_native.Session, ToolState]):
         return Live(self._native.play())
 
     def close(self) -> None:
-        """End the session, and warn of edits that had no effect. Arrays made of its positions stay as they are."""
+        """End the session, and warn of edits that had no effect. A device that has a hand is closed first. Arrays made of its positions stay as they are."""
         self._end()
 
     def warnings(self) -> list[PliantWarning]:
@@ -380,13 +382,19 @@ class Session(Stepped[_native.Session, ToolState]):
 
     def _end(self) -> None:
         try:
+            stop_devices_of(self._native)
+        finally:
+            self._close()
+
+    def _close(self) -> None:
+        try:
             # One that is closed, goes on elsewhere or belongs to another process tells nothing.
             rows = json.loads(self._native.warnings())[self._warned :]
         except PliantError:
             rows = []
         self._native.close()
         self._warned += len(rows)
-        warn(rows, stacklevel=3)
+        warn(rows, stacklevel=4)
 
     def __repr__(self) -> str:
         if self._native.closed:

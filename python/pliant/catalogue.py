@@ -150,6 +150,40 @@ def plugins(kind: str | None = None, *, plugin_path: Iterable[str | os.PathLike[
     return sorted((p for p in found if kind in (None, p.kind)), key=lambda p: (p.kind, p.id))
 
 
+def devices(*, plugin_path: Iterable[str | os.PathLike[str]] = ()) -> list[Plugin]:
+    """List the devices that can have a hand; see :meth:`Hand.follow`.
+
+    Parameters
+    ----------
+    plugin_path : iterable of path
+        Folders that are searched first.
+
+    Returns
+    -------
+    list of Plugin
+        With their parameters, sorted by id. ``scripted``, which follows a path, is not among them and may be named all the same.
+    """
+    folders = list(plugin_path)
+    names = set(_native.devices(open_options(plugin_path=folders)))
+    return [plugin for plugin in plugins("device", plugin_path=folders) if plugin.id in names]
+
+
+def opposite_kind(kind: str) -> str | None:
+    """Find what takes back what an edit kind does, as ``"deflate"`` does to ``"inflate"``.
+
+    Parameters
+    ----------
+    kind : str
+        One of :func:`edit_kinds`.
+
+    Returns
+    -------
+    str or None
+        None if there is no such kind.
+    """
+    return _native.opposite_kind(kind)
+
+
 def edit_kinds() -> dict[str, str]:
     """List what can be done with a tool.
 
@@ -355,5 +389,5 @@ def _param(row: dict[str, Any]) -> Param:
     )
 
 
-for _public in (Param, Plugin, Preset, Material, Fabric, plugins, edit_kinds, quantities):
+for _public in (Param, Plugin, Preset, Material, Fabric, plugins, devices, edit_kinds, opposite_kind, quantities):
     _public.__module__ = "pliant"

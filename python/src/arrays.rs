@@ -12,17 +12,17 @@ pub fn copy_vectors<'py>(py: Python<'py>, vectors: &[Vec3]) -> Bound<'py, PyArra
     copy_rows(py, vectors.iter().map(|v| [v.x, v.y, v.z]), vectors.len())
 }
 
-/// A copy of `count` rows of three as an array (n x 3).
-pub fn copy_rows<'py, T: Element + Copy>(
+/// A copy of `count` rows of `N` numbers as an array (n x N).
+pub fn copy_rows<'py, T: Element + Copy, const N: usize>(
     py: Python<'py>,
-    rows: impl Iterator<Item = [T; 3]>,
+    rows: impl Iterator<Item = [T; N]>,
     count: usize,
 ) -> Bound<'py, PyArray2<T>> {
-    let mut flat = Vec::with_capacity(3 * count);
+    let mut flat = Vec::with_capacity(N * count);
     rows.for_each(|row| flat.extend(row));
-    let rows = flat.len() / 3;
+    let rows = flat.len() / N;
     let array = numpy::PyArray1::from_vec(py, flat);
-    array.reshape([rows, 3]).expect("three columns of as many rows as there are")
+    array.reshape([rows, N]).expect("as many columns and rows as there are")
 }
 
 /// Vectors seen as rows of an array (n x 3), where they are.

@@ -14,6 +14,8 @@ mod law_element;
 mod law_material;
 mod lease;
 mod live;
+mod live_clock;
+mod live_device;
 mod live_object;
 mod model;
 mod open;
@@ -44,7 +46,7 @@ mod _native {
     #[pymodule_export]
     use super::open::check;
     #[pymodule_export]
-    use super::plugins::{edit_kinds, plugins, quantities, skipped_plugin_folders, solids};
+    use super::plugins::{devices, edit_kinds, opposite_kind, plugins, quantities, skipped_plugin_folders, solids};
     #[pymodule_export]
     use super::run::run;
     #[pymodule_export]

@@ -1,11 +1,14 @@
 //! A session that goes on by the clock on a thread of its own, while Python does other things.
 //!
 //! Hands go in and the newest positions come out; nothing of Python is needed in between, so a user interface that draws sixty frames a
-//! second neither waits for steps nor makes them wait. A hand glides from place to place: between two targets every step has
-//! its own. When the simulation is slower than the clock, time is given up rather than caught up with.
+//! second neither waits for steps nor makes them wait. Either the clock paces the steps and all hands are Python's (`live_clock`), or a haptic device
+//! has one of them (`live_device`).
 
 use super::failure::{Failure, Kind, contained};
+use super::live_clock::ClockPlayer;
+use super::live_device::{Lead, LedHand, play_with_device};
 use super::open_session::Open;
+use pliant_editor::DeviceWish;
 use pliant_engine::session::{HandPose, Session, ToolFrame};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,9 +17,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Time between two copies of positions for a viewer: a frame at 60 Hz, halved so that one is never a whole frame old.
-const PUBLISH_PERIOD: Duration = Duration::from_millis(8);
-/// The most wall-clock time that is caught up with; what is older is given up.
-const MAX_BACKLOG: Duration = Duration::from_millis(50);
+pub(super) const PUBLISH_PERIOD: Duration = Duration::from_millis(8);
 
 /// What a viewer is shown.
 #[derive(Clone, Default)]
@@ -33,6 +34,8 @@ pub struct View {
     pub triangles: Vec<usize>,
     /// At the end of the last step.
     pub tools: Vec<ToolFrame>,
+    /// The hand that a device has, or had until it was lost.
+    pub hand: Option<LedHand>,
 }
 
 /// A pose of a hand in one step, as it was used.
@@ -48,21 +51,30 @@ pub struct UsedPose {
 
 /// Both ends' state.
 #[derive(Default)]
-struct Shared {
+pub(super) struct Shared {
     /// Where hands are to go, by tool; `None`: away.
-    targets: Mutex<BTreeMap<usize, Option<HandPose>>>,
+    pub(super) targets: Mutex<BTreeMap<usize, Option<HandPose>>>,
+    /// What is asked of the device that has a hand.
+    pub(super) wish: Mutex<Option<DeviceWish>>,
+    /// Poses that steps have used and nobody has taken.
+    pub(super) used: Mutex<Vec<UsedPose>>,
     view: Mutex<View>,
-    stop: AtomicBool,
+    pub(super) stop: AtomicBool,
     /// Told when a view is there or the thread ends.
     news: Condvar,
+}
+
+impl Shared {
+    /// Whether the thread is asked to end.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
 }
 
 /// What the thread leaves.
 pub struct Ended {
     /// The session that is played.
     pub open: Open,
-    /// Poses its hands had, step by step.
-    pub used: Vec<UsedPose>,
     /// Why it ended by itself, if it did.
     pub done: Result<(), Failure>,
 }
@@ -71,29 +83,35 @@ pub struct Ended {
 pub struct LiveThread {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<Ended>>,
+    /// The process that started it: a fork of it has no such thread.
+    process: u32,
 }
 
 impl LiveThread {
-    /// Starts a session.
-    pub fn start(open: Open) -> Result<Self, (Box<Open>, Failure)> {
+    /// Starts a session, whose hand a device has with `lead`.
+    pub fn start(open: Open, lead: Option<Lead>) -> Result<Self, (Box<Open>, Failure)> {
         let shared = Arc::new(Shared::default());
+        *lock(&shared.wish) = lead.as_ref().map(|lead| lead.wish);
         let theirs = Arc::clone(&shared);
         // Handed over through a cell, so that it comes back if there is no thread.
         let cell = Arc::new(Mutex::new(Some(open)));
         let taken = Arc::clone(&cell);
         let started = std::thread::Builder::new().name("pliant-live".into()).spawn(move || {
             let mut open = lock(&taken).take().expect("it was put there before the thread began");
-            let mut used = Vec::new();
-            let done = contained(|| {
-                Player::new(&mut open.opened.session, &theirs, &mut used).play();
-                Ok(())
+            let session = &mut open.opened.session;
+            let done = contained(|| match lead {
+                Some(lead) => play_with_device(session, lead, &theirs),
+                None => {
+                    ClockPlayer::new(session, &theirs).play();
+                    Ok(())
+                }
             });
             theirs.stop.store(true, Ordering::Relaxed);
             theirs.news.notify_all();
-            Ended { open, used, done }
+            Ended { open, done }
         });
         match started {
-            Ok(thread) => Ok(Self { shared, thread: Some(thread) }),
+            Ok(thread) => Ok(Self { shared, thread: Some(thread), process: std::process::id() }),
             Err(error) => {
                 let open = lock(&cell).take().expect("there is no thread that took it");
                 Err((Box::new(open), Failure::new(Kind::File, format!("the system gives no thread: {error}"))))
@@ -102,14 +120,39 @@ impl LiveThread {
     }
 
     /// Sends the hand of a tool somewhere, or away.
-    pub fn go(&self, tool: usize, pose: Option<HandPose>) {
+    ///
+    /// # Errors
+    /// A device has the hand.
+    pub fn go(&self, tool: usize, pose: Option<HandPose>) -> Result<(), Failure> {
+        let view = lock(&self.shared.view);
+        if let Some(hand) = view.hand.as_ref().filter(|hand| hand.tool == tool && hand.lost.is_none()) {
+            let text = format!(
+                "device `{}` has this hand; allowed is to move it once the device is lost or the session stopped",
+                hand.device
+            );
+            return Err(Failure::new(Kind::Busy, text));
+        }
+        drop(view);
         lock(&self.shared.targets).insert(tool, pose);
+        Ok(())
+    }
+
+    /// Changes what is asked of the device that has a hand.
+    pub fn guide(&self, change: impl FnOnce(&mut DeviceWish)) {
+        if let Some(wish) = lock(&self.shared.wish).as_mut() {
+            change(wish);
+        }
+    }
+
+    /// Takes the poses that steps have used since the last call.
+    pub fn take_poses(&self) -> Vec<UsedPose> {
+        std::mem::take(&mut lock(&self.shared.used))
     }
 
     /// The newest view, waited for up to `patience` if it is not newer than the one of number `seen`.
     pub fn with_view<R>(&self, seen: u64, patience: Duration, read: impl FnOnce(&View) -> R) -> R {
         let view = lock(&self.shared.view);
-        let is_old = |view: &mut View| view.number <= seen && !self.shared.stop.load(Ordering::Relaxed);
+        let is_old = |view: &mut View| view.number <= seen && !self.shared.is_stopped();
         let (view, _) =
             self.shared.news.wait_timeout_while(view, patience, is_old).unwrap_or_else(PoisonError::into_inner);
         read(&view)
@@ -120,16 +163,30 @@ impl LiveThread {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }
 
-    /// Ends the thread and gives the session back, with the poses its hands had.
-    pub fn stop(mut self) -> Result<Ended, Failure> {
+    /// Ends the thread and gives the session back, with the poses of its hands that nobody has taken.
+    pub fn stop(mut self) -> Result<(Ended, Vec<UsedPose>), Failure> {
+        if self.process != std::process::id() {
+            let text = format!(
+                "the session goes on in process {}; allowed is to stop it there, not in a fork of it",
+                self.process
+            );
+            return Err(Failure::new(Kind::Closed, text));
+        }
         self.shared.stop.store(true, Ordering::Relaxed);
         let thread = self.thread.take().expect("ended here only");
-        thread.join().map_err(|_| Failure::new(Kind::Panic, "the thread of the session ended with a fault"))
+        let ended = thread.join();
+        let ended = ended.map_err(|_| Failure::new(Kind::Panic, "the thread of the session ended with a fault"))?;
+        Ok((ended, self.take_poses()))
     }
 }
 
 impl Drop for LiveThread {
     fn drop(&mut self) {
+        if self.process != std::process::id() {
+            // After a fork the thread is the parent's: waiting for it here would not end.
+            std::mem::forget(self.thread.take());
+            return;
+        }
         self.shared.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             drop(thread.join());
@@ -137,79 +194,33 @@ impl Drop for LiveThread {
     }
 }
 
-/// The thread's side.
-struct Player<'a> {
-    session: &'a mut Session,
+/// Shows viewers what the thread has.
+pub(super) struct Publisher<'a> {
     shared: &'a Shared,
-    used: &'a mut Vec<UsedPose>,
-    /// Where hands are, by tool.
-    hands: BTreeMap<usize, HandPose>,
     number: u64,
-    lost: Duration,
+    last: Option<Instant>,
 }
 
-impl<'a> Player<'a> {
-    fn new(session: &'a mut Session, shared: &'a Shared, used: &'a mut Vec<UsedPose>) -> Self {
-        Self { session, shared, used, hands: BTreeMap::new(), number: 0, lost: Duration::ZERO }
+impl<'a> Publisher<'a> {
+    /// Of a thread that has shown nothing yet.
+    pub(super) fn new(shared: &'a Shared) -> Self {
+        Self { shared, number: 0, last: None }
     }
 
-    fn play(&mut self) {
-        let dt = Duration::from_secs_f64(self.session.dt());
-        let mut simulated = Instant::now();
-        let mut published = None;
-        while !self.shared.stop.load(Ordering::Relaxed) {
-            let now = Instant::now();
-            if let Some(over) = now.checked_duration_since(simulated + MAX_BACKLOG) {
-                self.lost += over;
-                simulated += over;
-            }
-            let behind = now.saturating_duration_since(simulated);
-            let count =
-                (behind.as_nanos() / dt.as_nanos().max(1)).min(PUBLISH_PERIOD.as_nanos() / dt.as_nanos().max(1) + 1);
-            if count > 0 {
-                self.step(count as u32);
-                simulated += dt * count as u32;
-            }
-            if count > 0 && published.is_none_or(|at: Instant| at.elapsed() >= PUBLISH_PERIOD) {
-                self.publish();
-                published = Some(Instant::now());
-            }
-            let wait = (simulated + dt).saturating_duration_since(Instant::now());
-            std::thread::sleep(wait.min(PUBLISH_PERIOD));
-        }
-        self.publish();
+    /// Whether it is time for another view.
+    pub(super) fn is_due(&self) -> bool {
+        self.last.is_none_or(|at| at.elapsed() >= PUBLISH_PERIOD)
     }
 
-    /// Takes `count` steps, in which hands glide to their targets.
-    fn step(&mut self, count: u32) {
-        let targets = lock(&self.shared.targets).clone();
-        let starts = self.hands.clone();
-        for step in 1..=count {
-            for (&tool, target) in &targets {
-                let pose = target.map(|target| match starts.get(&tool) {
-                    Some(start) => glide(start, &target, f64::from(step) / f64::from(count)),
-                    None => target,
-                });
-                self.session.place_hand(tool, pose);
-                match pose {
-                    Some(pose) => {
-                        self.hands.insert(tool, pose);
-                        self.used.push(UsedPose { time: self.session.time() + self.session.dt(), tool, pose });
-                    }
-                    None => drop(self.hands.remove(&tool)),
-                }
-            }
-            self.session.step();
-        }
-    }
-
-    fn publish(&mut self) {
-        self.session.update_surface();
+    /// Shows the session as it is, with the simulated time that was given up (s) and the hand that a device has.
+    pub(super) fn publish(&mut self, session: &mut Session, lost_time: f64, hand: Option<LedHand>) {
+        session.update_surface();
         self.number += 1;
         let mut view = lock(&self.shared.view);
-        (view.number, view.time, view.lost_time) = (self.number, self.session.time(), self.lost.as_secs_f64());
-        view.tools.clone_from(&self.session.frame().tools);
-        let bodies = &self.session.bodies;
+        (view.number, view.time, view.lost_time) = (self.number, session.time(), lost_time);
+        view.tools.clone_from(&session.frame().tools);
+        view.hand = hand;
+        let bodies = &session.bodies;
         view.triangles.clear();
         view.triangles.extend(bodies.iter().map(|body| body.model.surface.triangles.len()));
         view.positions.resize_with(bodies.len(), Vec::new);
@@ -219,15 +230,10 @@ impl<'a> Player<'a> {
         }
         drop(view);
         self.shared.news.notify_all();
+        self.last = Some(Instant::now());
     }
 }
 
-/// The pose at a share of the way; buttons are those of the target at once.
-fn glide(start: &HandPose, target: &HandPose, share: f64) -> HandPose {
-    let rotation = start.rotation.try_slerp(&target.rotation, share, 1e-9).unwrap_or(target.rotation);
-    HandPose { position: start.position.lerp(&target.position, share), rotation, buttons: target.buttons }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,10 +1,13 @@
 //! The Python object of a session that goes on by the clock.
 
+use super::arrays::copy_rows;
 use super::failure::{Failure, Kind};
 use super::live::{Ended, LiveThread, UsedPose, View};
+use super::live_device::LedHand;
 use super::session::Session;
 use super::states::{hand_pose, tool_dict};
-use numpy::PyReadwriteArray2;
+use numpy::{PyArray1, PyArray2, PyReadwriteArray2};
+use pliant_editor::DeviceWish;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Mutex, PoisonError};
@@ -46,15 +49,114 @@ fn index_of(names: &[String], what: &str, name: &str) -> Result<usize, Failure> 
     })
 }
 
+/// Poses of hands in steps: end of the step (s), tool by number, place (m), rotation (x, y, z, w) and buttons of each.
+type PoseArrays<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<u32>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<u32>>,
+);
+
+fn pose_arrays<'py>(py: Python<'py>, used: &[UsedPose]) -> PoseArrays<'py> {
+    let of = |used: &UsedPose| used.pose;
+    (
+        PyArray1::from_iter(py, used.iter().map(|used| used.time)),
+        PyArray1::from_iter(py, used.iter().map(|used| used.tool as u32)),
+        copy_rows::<_, 3>(py, used.iter().map(|used| of(used).position.into()), used.len()),
+        copy_rows::<_, 4>(py, used.iter().map(|used| of(used).rotation.coords.into()), used.len()),
+        PyArray1::from_iter(py, used.iter().map(|used| of(used).buttons)),
+    )
+}
+
+/// What Python asks of a device; `None` for what stays as it is.
+pub(super) struct GivenWish {
+    /// m, what the middle of the picture shows
+    pub(super) centre: Option<[f64; 3]>,
+    /// From axes of the picture to those of the scene: a quaternion (x, y, z, w).
+    pub(super) rotation: Option<[f64; 4]>,
+    /// Buttons of the scene for none, the first and another of the device.
+    pub(super) buttons: Option<[u32; 3]>,
+    /// Share of the force, 0 to 1.
+    pub(super) force_share: Option<f64>,
+}
+
+impl GivenWish {
+    /// Changes what is asked, or nothing if a value is not allowed.
+    pub(super) fn apply(&self, wish: &mut DeviceWish) -> Result<(), Failure> {
+        let centre = self.centre.unwrap_or_else(|| wish.view.centre.into());
+        let rotation = self.rotation.unwrap_or_else(|| wish.view.rotation.coords.into());
+        let force_share = self.force_share.unwrap_or(wish.force_share);
+        if !(0.0..=1.0).contains(&force_share) {
+            return Err(Failure::argument(format!("force_share is {force_share}; allowed is 0 to 1")));
+        }
+        let pose = hand_pose(centre, rotation, 0)?;
+        (wish.view.centre, wish.view.rotation) = (pose.position, pose.rotation);
+        wish.buttons = self.buttons.unwrap_or(wish.buttons);
+        wish.force_share = force_share;
+        Ok(())
+    }
+}
+
+/// The hand that a device has: vectors as tuples.
+fn hand_dict<'py>(py: Python<'py>, hand: &LedHand) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let place = hand.state.place;
+    dict.set_item("position", place.map(|place| <[f64; 3]>::from(place.position)))?;
+    dict.set_item("rotation", place.map(|place| <[f64; 4]>::from(place.rotation.coords)))?;
+    dict.set_item("buttons", hand.state.buttons)?;
+    dict.set_item("force", <[f64; 3]>::from(hand.state.force))?;
+    dict.set_item("force_limit", hand.state.force_limit)?;
+    dict.set_item("length_scale", hand.length_scale)?;
+    dict.set_item("strokes", hand.strokes)?;
+    dict.set_item("in_stroke", hand.in_stroke)?;
+    dict.set_item("lost", &hand.lost)?;
+    Ok(dict)
+}
+
 #[pymethods]
 impl Live {
     /// Sends the hand of a tool somewhere, or away.
     fn place_hand(&self, tool: &str, position: Option<[f64; 3]>, rotation: [f64; 4], buttons: u32) -> PyResult<()> {
         self.with(|thread| {
             let pose = position.map(|position| hand_pose(position, rotation, buttons)).transpose()?;
-            thread.go(index_of(&self.tools, "tool", tool)?, pose);
-            Ok(())
+            thread.go(index_of(&self.tools, "tool", tool)?, pose)
         })
+    }
+
+    /// Changes what is asked of the device that has a hand: middle of the view (m) and its rotation (x, y, z, w), buttons and share of the force.
+    #[pyo3(signature = (centre, rotation, buttons, force_share))]
+    fn guide(
+        &self,
+        centre: Option<[f64; 3]>,
+        rotation: Option<[f64; 4]>,
+        buttons: Option<[u32; 3]>,
+        force_share: Option<f64>,
+    ) -> PyResult<()> {
+        let wish = GivenWish { centre, rotation, buttons, force_share };
+        self.with(|thread| {
+            let mut checked = Ok(());
+            thread.guide(|asked| checked = wish.apply(asked));
+            checked
+        })
+    }
+
+    /// The hand that a device has as a dict; empty before the first step.
+    fn hand<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let hand = self.view(|view| Ok(view.hand.clone()))?;
+        hand.as_ref().map_or_else(|| Ok(PyDict::new(py)), |hand| hand_dict(py, hand))
+    }
+
+    /// Takes the poses that steps have used since the last call.
+    fn take_poses<'py>(&self, py: Python<'py>) -> PyResult<PoseArrays<'py>> {
+        let used = self.with(|thread| Ok(thread.take_poses()))?;
+        Ok(pose_arrays(py, &used))
+    }
+
+    /// Names of the tools, in the order that poses number them.
+    #[getter]
+    fn tools(&self) -> Vec<String> {
+        self.tools.clone()
     }
 
     /// Waits for a view newer than the one of number `seen`, up to `seconds`; gives the number of the newest.
@@ -110,15 +212,13 @@ impl Live {
         tool_dict(py, &felt, &self.bodies)
     }
 
-    /// Ends the thread; the session goes on step by step. Gives the poses that hands had: index of the step's end in time (s), tool, place,
-    /// turn and buttons.
-    #[allow(clippy::type_complexity, reason = "a row of a table")]
-    fn stop(&self, py: Python<'_>) -> PyResult<Vec<(f64, String, [f64; 3], [f64; 4], u32)>> {
+    /// Ends the thread; the session goes on step by step. Gives the poses of hands that nobody has taken.
+    fn stop<'py>(&self, py: Python<'py>) -> PyResult<PoseArrays<'py>> {
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let Some(thread) = thread else { return Ok(Vec::new()) };
+        let Some(thread) = thread else { return Ok(pose_arrays(py, &[])) };
         let ended = py.detach(|| thread.stop());
         let session = self.session.get();
-        let Ended { mut open, used, done } = match ended {
+        let (Ended { mut open, done }, used) = match ended {
             Ok(ended) => ended,
             Err(failure) => {
                 session.end_live(None);
@@ -128,11 +228,6 @@ impl Live {
         open.invalidate(py);
         session.end_live(done.is_ok().then_some(open));
         done?;
-        let row = |used: &UsedPose| {
-            let pose = used.pose;
-            let tool = self.tools.get(used.tool).cloned().unwrap_or_default();
-            (used.time, tool, pose.position.into(), pose.rotation.coords.into(), pose.buttons)
-        };
-        Ok(used.iter().map(row).collect())
+        Ok(pose_arrays(py, &used))
     }
 }

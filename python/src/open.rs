@@ -62,6 +62,8 @@ pub struct Opened {
     pub source: Source,
     /// The opened session.
     pub session: Session,
+    /// Where its plugins were looked for.
+    pub search: SearchPath,
 }
 
 /// Reads a scene with its models and factors of arrays.
@@ -87,7 +89,8 @@ pub fn open(given: SceneText, options: &OpenOptions) -> Result<Opened, Failure> 
     let plan = Plan::new(&scene, &source)?;
     check_threads(options.threads)?;
     let (threads, mesh) = (options.threads, options.mesh.clone());
-    let opening = Options { mesh, ..Options::new(options.search()?, threads) };
+    let search = options.search()?;
+    let opening = Options { mesh, ..Options::new(search.clone(), threads) };
     let mut session = Session::open(&scene, &source, plan, &opening)?;
     for tool in 0..session.tools.len() {
         if options.hands.contains(&session.devices[session.tools[tool].device].name) {
@@ -97,7 +100,7 @@ pub fn open(given: SceneText, options: &OpenOptions) -> Result<Opened, Failure> 
     if options.history {
         session.keep_history();
     }
-    Ok(Opened { scene, source, session })
+    Ok(Opened { scene, source, session, search })
 }
 
 /// Reads and plans a scene without opening anything; raises what is wrong with it.

@@ -2,7 +2,7 @@
 
 use super::failure::{Failure, contained};
 use super::open::OpenOptions;
-use pliant_editor::{SOLIDS, SolidPreset};
+use pliant_editor::{SOLIDS, SolidPreset, device_choices};
 use pliant_engine::edit::Command;
 use pliant_engine::probe::QUANTITIES;
 use pliant_host::{Library, ParamInfo, ParamKind, PluginKind, choice_sources};
@@ -88,6 +88,19 @@ pub fn solids() -> Vec<SolidRow> {
 #[pyfunction]
 pub fn edit_kinds() -> Vec<(&'static str, &'static str)> {
     Command::names().collect()
+}
+
+/// Names of the plugins of devices that can have the hand.
+#[pyfunction]
+pub fn devices(py: Python<'_>, options: OpenOptions) -> PyResult<Vec<String>> {
+    let list = || Ok(device_choices(&options.search()?).into_iter().map(|choice| choice.name).collect());
+    Ok(py.detach(|| contained(list))?)
+}
+
+/// The edit kind that does the opposite of another, if the engine has it.
+#[pyfunction]
+pub fn opposite_kind(kind: &str) -> Option<&'static str> {
+    pliant_editor::opposite_kind(kind)
 }
 
 /// Names of the quantities a probe measures, each with a sentence.

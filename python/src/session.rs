@@ -6,14 +6,17 @@ use super::failure::{Failure, Kind, contained};
 use super::law::check_signals;
 use super::lease::lend;
 use super::live::LiveThread;
-use super::live_object::Live;
+use super::live_device::{Lead, check_tool};
+use super::live_object::{GivenWish, Live};
 use super::model::{Found, names};
 use super::open::{OpenOptions, Opened, SceneText, open};
 use super::open_session::Open;
 use super::states::{frame_dict, hand_pose, tool_dict};
 use numpy::{PyArray1, PyArray2};
+use pliant_editor::{DeviceRequest, DeviceView, DeviceWish};
 use pliant_engine::session::{CancelToken, Session as EngineSession, Snapshot as EngineSnapshot};
 use pliant_record::{PlanReport, write_model};
+use pliant_solver::Vec3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json;
@@ -127,6 +130,32 @@ impl Session {
     }
 }
 
+/// Goes on in real time, with a device that has a hand where one is given.
+fn go_live(this: &Bound<'_, Session>, mut access: Access<'_>, lead: Option<Lead>) -> PyResult<Live> {
+    access.open()?.invalidate(this.py());
+    let Some(open) = access.0.take() else { return Err(access.open().err().expect("it is closed").into()) };
+    let bodies = open.opened.session.bodies.iter().map(|body| body.name.clone()).collect();
+    let tools = open.opened.session.tools.iter().map(|slot| slot.tool.name.clone()).collect();
+    match LiveThread::start(open, lead) {
+        Ok(thread) => {
+            this.get().is_live.store(true, Ordering::Relaxed);
+            Ok(Live::of(thread, this.clone().unbind(), bodies, tools))
+        }
+        Err((open, failure)) => {
+            *access.0 = Some(*open);
+            Err(failure.into())
+        }
+    }
+}
+
+/// Middle of the box around all bodies that move, m; the origin without any.
+fn middle_of(session: &EngineSession) -> Vec3 {
+    let points = || session.bodies.iter().flat_map(|body| body.model.surface.points.iter());
+    let Some(first) = points().next() else { return Vec3::zeros() };
+    let (low, high) = points().fold((*first, *first), |(low, high), point| (low.inf(point), high.sup(point)));
+    0.5 * (low + high)
+}
+
 #[pymethods]
 impl Session {
     #[new]
@@ -163,22 +192,36 @@ impl Session {
 
     /// Goes on by the clock on a thread of its own until the result is stopped.
     fn play(this: &Bound<'_, Self>) -> PyResult<Live> {
-        let session = this.get();
-        let mut access = session.access()?;
-        access.open()?.invalidate(this.py());
-        let Some(open) = access.0.take() else { return Err(access.open().err().expect("it is closed").into()) };
-        let bodies = open.opened.session.bodies.iter().map(|body| body.name.clone()).collect();
-        let tools = open.opened.session.tools.iter().map(|slot| slot.tool.name.clone()).collect();
-        match LiveThread::start(open) {
-            Ok(thread) => {
-                session.is_live.store(true, Ordering::Relaxed);
-                Ok(Live::of(thread, this.clone().unbind(), bodies, tools))
-            }
-            Err((open, failure)) => {
-                *access.0 = Some(*open);
-                Err(failure.into())
-            }
-        }
+        go_live(this, this.get().access()?, None)
+    }
+
+    /// Goes on in real time with a device that has the hand of a tool, until the result is stopped. `device` is its plugin with keys and texts of its
+    /// parameters, `view` the place (m) and rotation (x, y, z, w) it is seen in; without a place it is the middle of the bodies.
+    fn follow(
+        this: &Bound<'_, Self>,
+        tool: &str,
+        device: (String, Vec<(String, String)>),
+        view: (Option<[f64; 3]>, [f64; 4]),
+        buttons: [u32; 3],
+        force_share: f64,
+    ) -> PyResult<Live> {
+        let ((plugin, params), (centre, rotation)) = (device, view);
+        let (py, mut access) = (this.py(), this.get().access()?);
+        let open = access.open()?;
+        let tool = open.tool(tool)?;
+        let Opened { session, search, .. } = &open.opened;
+        check_tool(session, tool)?;
+        let view = DeviceView { centre: middle_of(session), rotation: Default::default() };
+        let mut wish = DeviceWish { view, buttons, force_share };
+        let given =
+            GivenWish { centre, rotation: Some(rotation), buttons: Some(buttons), force_share: Some(force_share) };
+        given.apply(&mut wish)?;
+        let request = DeviceRequest { plugin: plugin.clone(), settings: params, ..DeviceRequest::default() };
+        // Drivers of arms take their time.
+        let (dt, search) = (session.dt(), search.clone());
+        let opened =
+            py.detach(|| contained(|| request.open(&search, dt).map_err(|error| Failure::new(Kind::Plugin, error))))?;
+        go_live(this, access, Some(Lead { tool, device: opened, name: plugin, wish }))
     }
 
     /// Ends the session; arrays of its positions stay as they are.
