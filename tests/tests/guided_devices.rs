@@ -4,7 +4,7 @@ use nalgebra::UnitQuaternion;
 use pliant_editor::{Draft, DraftMaterial, SOLIDS, SolidPreset, stroke_button};
 use pliant_engine::edit::KINDS;
 use pliant_engine::scene::Release;
-use pliant_engine::session::Session;
+use pliant_engine::session::{HandPose, Session};
 use pliant_host::{DeviceInfo, EffectorOutput, POSE_VALID, Pose};
 use pliant_live::{DeviceScale, Guide, GuidedDevice, HapticDevice, PointerDevice, StopDevice};
 use pliant_mesh::testing::Random;
@@ -257,6 +257,39 @@ fn an_arm_feels_models_of_any_size_and_stiffness() {
             let work = 0.01 * felt.norm();
             assert!(arm.given - before < 0.01 * work, "{what}: {} J of {work} J", arm.given - before);
             bout.forces_are_safe(0, hand.slew() * scale.force);
+        }
+    }
+}
+
+/// A hand that presses is inside of the body. A stroke that begins or ends there leaves the tool outside: it is pushed out, and comes out freely.
+#[test]
+fn a_tool_that_presses_stays_outside_when_a_stroke_begins_and_ends() {
+    let touch = KINDS.iter().copied().find(|kind| kind.name() == "touch").expect("a kind");
+    let mask = |release| 1 << stroke_button(touch, release, Default::default());
+    let (felt, kept) = (mask(Release::SpringBack), mask(Release::Keep));
+    for size in [0.004, 0.1, 3.0] {
+        for depth in [0.02, 0.04, 0.07, 0.1] {
+            let (mut session, _) = drafted(size, &SOLIDS[1]);
+            let top = session.bodies[0].model.surface.bounds().centre() + 0.5 * size * Vec3::z();
+            let mut go = |from: f64, to: f64, buttons: u32| {
+                for step in 1..=60 {
+                    let height = from + (to - from) * f64::from(step) / 60.0;
+                    let position = top + height * size * Vec3::z();
+                    session.place_hand(0, Some(HandPose { position, rotation: UnitQuaternion::identity(), buttons }));
+                    session.step();
+                }
+                let tool = session.frame().tools[0];
+                (tool.force.z, tool.contact)
+            };
+            let what = format!("{size} m, {depth} of it deep");
+            let (first, contact) = go(0.1, -depth, felt);
+            assert!(first > 0.0 && contact.is_some(), "{what}: {first} N");
+            for buttons in [kept, felt, kept, felt] {
+                let (force, _) = go(-depth, -depth, buttons);
+                assert!(force > -0.05 * first, "{what}: the surface draws the hand in: {force} N after {first} N");
+            }
+            let (_, contact) = go(-depth, 0.1, felt);
+            assert!(contact.is_none(), "{what}: it comes out");
         }
     }
 }

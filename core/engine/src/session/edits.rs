@@ -20,7 +20,13 @@ impl Session {
             if before == now {
                 continue;
             }
+            let stays = self.tools[tool].tool.proxy_in_touch().filter(|_| now.is_some());
+            let cuts = self.history.cuts.advances;
             self.end_edit(tool);
+            // A hand that presses is inside of the body: the next edit meets the surface from outside, where the proxy is. A cut may have taken that away.
+            if let Some(position) = stays.filter(|_| self.history.cuts.advances == cuts) {
+                self.tools[tool].tool.proxy.position = position;
+            }
             if let Some(edit) = now {
                 if self.plan.edits[edit].kind.changes_topology() {
                     self.layers.assign(&self.bodies);
