@@ -119,6 +119,23 @@ def test_a_device_feels_and_makes_strokes_that_can_be_taken_back(user):
     assert is_free(user.address)
 
 
+@pytest.mark.parametrize("depth", [0.068, 0.064, 0.06, 0.055])
+@pytest.mark.parametrize("size", [0.004, 0.1, 3.0])
+def test_a_hand_that_presses_stays_outside_when_a_stroke_begins_and_ends(user, depth, size):
+    with pliant.Session(model(size)) as session:
+        with session.hand().follow("pointer", user.params, buttons=([1], [0], [0])) as hand:
+            # Feel, make a stroke without letting go, feel, and lift.
+            user.glide(hand, [0, 0, 0.09], [0, 0, depth + 0.002])
+            felt = hand.tool("finger").force[2]
+            for buttons in (1, 0, 1, 0):
+                user.go(hand, [0, 0, depth + 0.002 - 0.002 * buttons], buttons, views=8)
+                force = hand.tool("finger").force[2]
+                assert force > -0.05 * felt, f"buttons {buttons}: the surface draws the hand in: {force} N after {felt} N"
+            user.glide(hand, [0, 0, depth + 0.002], [0, 0, 0.09])
+            tool = hand.tool("finger")
+            assert tool.contact is None and hand.state.strokes == 2, "it comes out"
+
+
 def test_what_a_device_did_can_be_made_again(user):
     with pliant.Session(model()) as session, pliant.Session(model()) as again:
         with session.hand().follow("pointer", user.params, buttons=([1], [0], [0])) as hand:
