@@ -14,14 +14,31 @@ bl_info = {
 if "bpy" in locals():
     import importlib
 
-    for _module in (gesture, recording, editing, properties, mesh_io, topology, bake, panel_settings, handover, object_editing, draw, mode, ui):  # noqa: F821
+    for _module in (gesture, recording, editing, device_strokes, preferences, properties, mesh_io, topology, bake, panel_settings, handover, object_editing, device_mode, draw, mode, ui):  # noqa: F821
         importlib.reload(_module)
 
 import bpy
 
-from . import bake, draw, editing, gesture, handover, mesh_io, mode, object_editing, panel_settings, properties, recording, topology, ui
+from . import (
+    bake,
+    device_mode,
+    device_strokes,
+    draw,
+    editing,
+    gesture,
+    handover,
+    mesh_io,
+    mode,
+    object_editing,
+    panel_settings,
+    preferences,
+    properties,
+    recording,
+    topology,
+    ui,
+)
 
-_CLASSES = (*mode.CLASSES, *bake.CLASSES, *ui.CLASSES)
+_CLASSES = (*preferences.CLASSES, *mode.CLASSES, *bake.CLASSES, *ui.CLASSES)
 
 
 def _menu(self, _context) -> None:
@@ -41,8 +58,10 @@ def register() -> None:
 def unregister() -> None:
     """Disable it."""
     handover.unregister()
+    draw.remove_all()
     bpy.types.VIEW3D_MT_object.remove(_menu)
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)
     properties.unregister()
     bake.forget()
+    preferences.forget()

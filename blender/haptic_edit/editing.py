@@ -8,7 +8,7 @@ import numpy as np
 import pliant
 
 from .gesture import Gesture, Hit, Ray, Stroke, gesture_of
-from .recording import RecordedStroke, Recording, without_console
+from .recording import RecordedStroke, Recording, joined, without_console
 
 BODY = "mesh"
 TOOL = "hand"
@@ -35,6 +35,8 @@ RISE = 5e-3
 MAX_FRAME = 0.05
 # s, that a mesh is given to come to rest after a stroke.
 SETTLE = 0.05
+# Steps of a device's hand that are kept to be made again: 20 minutes of 1 ms.
+KEPT_STEPS = 1_200_000
 
 
 @dataclass(frozen=True)
@@ -161,6 +163,16 @@ def edit_kinds() -> dict[str, str]:
     return {name: text for name, text in pliant.edit_kinds().items() if name not in ("undo", "redo")}
 
 
+def button_of(kind: str) -> int:
+    """The button of the scene that begins an edit kind whose shape is kept."""
+    return list(edit_kinds()).index(kind)
+
+
+def felt_button() -> int:
+    """The button of the scene that feels the surface, which springs back."""
+    return len(edit_kinds())
+
+
 def scene_of(mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ...] = ()) -> pliant.Scene:
     """The scene of a mesh: one body and one hand, with a button for each edit kind, and obstacles."""
     size, radius = mesh.size(), settings.radius
@@ -201,6 +213,8 @@ def scene_of(mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ..
         if settings.symmetry:
             keys["symmetry"] = settings.symmetry
         scene.edit(kind, tool=TOOL, button=button, **keys)
+    mirrored = {"symmetry": settings.symmetry} if settings.symmetry else {}
+    scene.edit("touch", tool=TOOL, button=felt_button(), release="spring-back", **mirrored)
     return scene
 
 
@@ -221,19 +235,28 @@ class MeshEdit:
         What it is made of, and the tool.
     obstacles : tuple of Obstacle
         What it meets besides the tool.
+    allowed : tuple of str
+        Folders from which the library of a device may be named by its path.
     """
 
-    def __init__(self, mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ...] = ()) -> None:
+    def __init__(
+        self, mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ...] = (), allowed: tuple[str, ...] = ()
+    ) -> None:
         self.mesh, self.settings, self.obstacles = mesh, settings, obstacles
         self.scene = scene_of(mesh, settings, obstacles)
         with without_console():
-            self.session = pliant.Session(self.scene, history=True)
-        self._buttons = {kind: button for button, kind in enumerate(edit_kinds())}
+            self.session = pliant.Session(self.scene, history=True, allow_plugins=allowed)
+        # s, which cannot be asked for while the session goes on by the clock
+        self._dt = self.session.dt
         self._live: pliant.Live | None = None
         self._stroke: Stroke | None = None
         self._kind = ""
         self._start = 0
         self._strokes: list[RecordedStroke] = []
+        # Poses of a device's hand since its last stroke.
+        self._felt: list[pliant.Poses] = []
+        # Whether all poses since the session was opened are kept.
+        self._is_kept = True
         self._refusals = 0
 
     @property
@@ -277,7 +300,7 @@ class MeshEdit:
             return
         # A viewport that is slower than the hand slows the hand down.
         place, turn = self._stroke.advance(min(dt, MAX_FRAME))
-        self._live.go(TOOL, place, turn, [self._buttons[self._kind]])
+        self._live.go(TOOL, place, turn, [button_of(self._kind)])
 
     def read(self, out: np.ndarray, matrix: np.ndarray | None = None) -> pliant.ToolState | None:
         """Copy the newest positions into `out` (n x 3, float32); give the tool, or None before the first step."""
@@ -297,11 +320,51 @@ class MeshEdit:
         self._arrive()
         self._stroke, live, self._live = None, self._live, None
         poses = live.stop()
-        end = self.session.steps
+        self._settle()
+        self._strokes.append(RecordedStroke(self._start, self.session.steps, tuple(poses)))
+        return len(self.session.triangles(BODY)) != self.triangles
+
+    def give_hand(self, plugin: str, **keys: object) -> pliant.DeviceHand:
+        """Give the hand to a device until :meth:`rest`; `keys` as for :meth:`pliant.Hand.follow`."""
+        used = self.mesh.vertices[self.mesh.corners]
+        middle = 0.5 * (used.min(axis=0) + used.max(axis=0))
+        self.triangles = len(self.session.triangles(BODY))
+        hand = self._live = self.session.hand(TOOL).follow(plugin, centre=middle, **keys)
+        return hand
+
+    def keep_poses(self, poses: pliant.Poses) -> None:
+        """Keep poses of a device's hand, so that strokes can be made again."""
+        self._felt.append(poses)
+        if sum(map(len, self._felt)) > KEPT_STEPS:
+            self._felt.clear()
+            self._is_kept = False
+
+    def keep_stroke(self, start: float, rest: float) -> None:
+        """Keep a stroke of a device that began and came to rest at times (s) of the session, with the poses that were kept since the last one."""
+        if not self._is_kept:
+            return
+        start_step, rest_step = (round(time / self._dt) for time in (start, rest))
+        self._strokes.append(RecordedStroke(start_step, rest_step, joined(self._felt)))
+        self._felt.clear()
+
+    def rest(self) -> bool:
+        """Take the hand from a device, which is closed, and let the mesh come to rest. Give whether the mesh was cut."""
+        live, self._live = self._live, None
+        if live is None:
+            return False
+        self.keep_poses(live.take_poses())
+        live.stop()
+        self._settle()
+        return len(self.session.triangles(BODY)) != self.triangles
+
+    def is_cut(self) -> bool:
+        """Whether strokes of a device have cut the mesh."""
+        return self._live is not None and self._live.triangle_count(BODY) not in (0, self.triangles)
+
+    def _settle(self) -> None:
+        """Let the hand go, and give the mesh time to come to rest."""
         self.session.hand(TOOL).leave()
         self.session.step(max(1, round(SETTLE / self.session.dt)))
-        self._strokes.append(RecordedStroke(self._start, end, self.session.steps, tuple(poses)))
-        return len(self.session.triangles(BODY)) != self.triangles
 
     def _arrive(self) -> None:
         """Wait until the hand is where it was sent last: a view may be of steps before, the one after it is not."""
@@ -317,9 +380,9 @@ class MeshEdit:
         texts = [event["text"] for event in events["told"] if event["kind"] == "cut-refused"]
         return texts[-1:] if is_new else []
 
-    def recording(self) -> Recording:
-        """All strokes so far; between strokes, after the first."""
-        return Recording(self.scene, BODY, TOOL, tuple(self._strokes))
+    def recording(self) -> Recording | None:
+        """All strokes so far; between strokes, after the first. None if a device has had the hand for longer than its poses are kept."""
+        return Recording(self.scene, BODY, TOOL, tuple(self._strokes)) if self._is_kept else None
 
     def positions(self) -> np.ndarray:
         """m (n x 3), where the vertices are; between strokes"""

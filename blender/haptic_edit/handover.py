@@ -16,6 +16,8 @@ from bpy.app.handlers import persistent
 if TYPE_CHECKING:
     from .object_editing import Editing
 
+# Whether the extension is enabled: a mode that is under way when it is disabled must not open a device again.
+_is_enabled = False
 # Meshes whose sessions are open.
 _open: WeakSet[Editing] = WeakSet()
 
@@ -35,12 +37,12 @@ def finish_strokes() -> list[str]:
     errors = []
     for editing in [editing for editing in _open if editing.is_under_way]:
         try:
-            editing.end()
+            is_stroke = editing.end()
         except Exception as error:  # noqa: BLE001 - the other strokes, and Blender, go on
             errors.append(str(error))
             editing.warn(str(error))
             continue
-        if bpy.ops.ed.undo_push.poll():
+        if is_stroke and bpy.ops.ed.undo_push.poll():
             bpy.ops.ed.undo_push(message="Haptic stroke")
     return errors
 
@@ -77,14 +79,23 @@ def _handlers() -> list[tuple[list, object]]:
     return [(bpy.app.handlers.save_pre, _before_save), (bpy.app.handlers.load_pre, _before_load)]
 
 
+def is_enabled() -> bool:
+    """Whether the extension is enabled."""
+    return _is_enabled
+
+
 def register() -> None:
     """Have Blender tell of what ends a stroke."""
+    global _is_enabled
+    _is_enabled = True
     for handlers, handler in _handlers():
         handlers.append(handler)
 
 
 def unregister() -> None:
     """End what is under way, and take the handlers from Blender's lists."""
+    global _is_enabled
+    _is_enabled = False
     _finish_and_close()
     for handlers, handler in _handlers():
         if handler in handlers:

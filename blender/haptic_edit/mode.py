@@ -8,11 +8,14 @@ import pliant
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
+from . import handover
+from .device_mode import DeviceControl, give_hand
 from .draw import Overlay
 from .editing import edit_kinds
 from .gesture import Ray
 from .object_editing import Editing
-from .properties import kind_items
+from .preferences import device_choice
+from .properties import kind_items, kind_label
 
 # Hz, at which the newest positions are shown.
 FRAME_RATE = 60.0
@@ -43,6 +46,7 @@ class HAPTIC_OT_edit(bpy.types.Operator):
         except pliant.PliantError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        self._control = self._give_hand(context)
         self._report_warnings()
         self._timer = context.window_manager.event_timer_add(1.0 / FRAME_RATE, window=context.window)
         self._overlay = Overlay(self._editing)
@@ -50,6 +54,15 @@ class HAPTIC_OT_edit(bpy.types.Operator):
         self._say(context)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
+
+    def _give_hand(self, context: bpy.types.Context) -> DeviceControl | None:
+        """Give the hand to the device of the preferences; the pointer has it where there is none, or it cannot be opened."""
+        try:
+            choice = device_choice()
+            return None if choice is None else give_hand(self._editing, choice, context)
+        except pliant.PliantError as error:
+            self.report({"ERROR"}, f"{error}; the pointer has the hand")
+            return None
 
     def _report_warnings(self) -> None:
         for text in self._editing.take_warnings():
@@ -64,19 +77,39 @@ class HAPTIC_OT_edit(bpy.types.Operator):
 
     def _handle(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         editing = self._editing
+        if not handover.is_enabled():
+            return self._leave(context)
         if editing.object() is None:
             self.report({"WARNING"}, f"Haptic Edit ends: the object {editing.name} is no longer there")
             return self._leave(context)
         if event.type == "TIMER":
-            if editing.is_under_way:
+            if self._control is not None:
+                if self._adjusted is None:
+                    self._lead(context)
+                context.area.tag_redraw()
+            elif editing.is_under_way:
                 editing.show(self._timer.time_delta)
                 context.area.tag_redraw()
             return {"PASS_THROUGH"}
         if self._adjusted is not None:
             return self._adjust(context, event)
-        if editing.is_under_way:
+        if self._control is None and editing.is_under_way:
             return self._in_stroke(context, event)
         return self._between_strokes(context, event)
+
+    def _lead(self, context: bpy.types.Context) -> None:
+        """Have the device lead for a frame. One that is lost, or cannot be opened again, gives the hand back."""
+        try:
+            lost = self._control.tick(context)
+        except pliant.PliantError as error:
+            if self._editing.object() is None or self._editing.device is not None:
+                raise
+            lost = str(error)
+        self._report_warnings()
+        if lost is not None:
+            self.report({"WARNING"}, f"{lost}; the pointer has the hand")
+            self._control = None
+            self._say(context)
 
     def _in_stroke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         editing = self._editing
@@ -88,8 +121,7 @@ class HAPTIC_OT_edit(bpy.types.Operator):
         elif event.type == "LEFTMOUSE" and event.value == "RELEASE":
             editing.end()
             self._report_warnings()
-            label = dict((kind, name) for kind, name, _ in kind_items(None, context))[context.scene.haptic_edit.kind]
-            bpy.ops.ed.undo_push(message=f"Haptic {label}")
+            bpy.ops.ed.undo_push(message=f"Haptic {kind_label(context.scene.haptic_edit.kind)}")
             context.area.tag_redraw()
         return {"RUNNING_MODAL"}
 
@@ -99,6 +131,9 @@ class HAPTIC_OT_edit(bpy.types.Operator):
             return self._leave(context)
         if event.value != "PRESS" or not _is_over_view(context, event):
             return {"PASS_THROUGH"}
+        if event.type == "LEFTMOUSE" and self._control is not None:
+            # It would choose another object.
+            return {"RUNNING_MODAL"}
         if event.type == "LEFTMOUSE" and not (event.alt or event.ctrl):
             ray = pointer_ray(context, event)
             is_on_mesh = editing.begin(given.kind, ray, view_back(context), event.pressure)
@@ -107,6 +142,8 @@ class HAPTIC_OT_edit(bpy.types.Operator):
                 return {"PASS_THROUGH"}
             return {"RUNNING_MODAL"}
         if event.type == "Z" and event.ctrl:
+            if self._control is not None:
+                self._control.finish()
             # What Blender has afterwards is read anew at the next stroke.
             (bpy.ops.ed.redo if event.shift else bpy.ops.ed.undo)()
             return {"RUNNING_MODAL"}
@@ -142,14 +179,16 @@ class HAPTIC_OT_edit(bpy.types.Operator):
     def _say(self, context: bpy.types.Context) -> None:
         keys = dict(zip(edit_kinds(), "1234567890", strict=False)) | {"cut": "K"}
         kinds = ", ".join(f"{keys[kind]}: {name}" for kind, name, _ in kind_items(None, context) if kind in keys)
-        context.workspace.status_text_set(
-            f"Haptic Edit   {kinds}   F: size   Shift F: strength   wheel in a stroke: towards you   Ctrl Z: undo   Esc: leave"
-        )
+        hand = "wheel in a stroke: towards you" if self._control is None else "the device has the hand: first button the tool, another its opposite"
+        context.workspace.status_text_set(f"Haptic Edit   {kinds}   F: size   Shift F: strength   {hand}   Ctrl Z: undo   Esc: leave")
 
     def _leave(self, context: bpy.types.Context) -> set[str]:
         if self._editing.is_under_way and self._editing.object() is not None:
             try:
-                self._editing.end()
+                if self._control is not None:
+                    self._control.finish()
+                else:
+                    self._editing.end()
             except pliant.PliantError as error:
                 self.report({"ERROR"}, str(error))
         self._editing.close()

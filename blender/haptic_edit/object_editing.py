@@ -7,9 +7,16 @@ import numpy as np
 import pliant
 
 from . import bake, handover, mesh_io, topology
+from .device_strokes import DeviceChoice, DeviceStrokes, Wish
 from .editing import MeshArrays, MeshEdit, Obstacle, Settings
 from .gesture import Hit, Ray
 from .panel_settings import settings_of
+
+
+# Frames after which the poses of a device's hand are taken from the engine: ten seconds.
+FRAMES_TAKEN = 600
+# Way of a vertex over the size of the mesh that is not seen: the rest of a motion that has been felt.
+FELT_SHARE = 1e-3
 
 
 class Editing:
@@ -32,6 +39,13 @@ class Editing:
         self._warnings: list[str] = []
         self._reported: set[str] = set()
         self.tool: pliant.ToolState | None = None
+        # A device that has the hand, and folders from which its library may be named by its path.
+        self.device: DeviceStrokes | None = None
+        self.allowed: tuple[str, ...] = ()
+        # Frames until the poses of a device's hand are taken.
+        self._until_taken = FRAMES_TAKEN
+        # Coordinates that were shown last while a device had the hand, and how far they were from those before, over the size of the mesh.
+        self._shown, self._moved = self._frame, 0.0
 
     def object(self) -> bpy.types.Object | None:
         """The object, if it is still a mesh that is there."""
@@ -40,8 +54,8 @@ class Editing:
 
     @property
     def is_under_way(self) -> bool:
-        """Whether a stroke is under way."""
-        return self._edit is not None and self._edit.is_under_way
+        """Whether a stroke is under way, or a device has the hand."""
+        return self.device is not None or (self._edit is not None and self._edit.is_under_way)
 
     def warn(self, text: str) -> None:
         """Have a text among the next warnings."""
@@ -71,7 +85,7 @@ class Editing:
             self._seen = self._edit.surface()
             return
         self.close()
-        self._edit = MeshEdit(mesh, settings, obstacles)
+        self._edit = MeshEdit(mesh, settings, obstacles, self.allowed)
         handover.watch(self)
         self._warnings += [f"[{warning.code}] {warning.args[0]}" for warning in self._edit.warnings()]
         self._settings, self._inverse = settings, inverse
@@ -134,26 +148,105 @@ class Editing:
             if len(obj.data.vertices) == len(self._frame):
                 mesh_io.set_coordinates(obj, self._frame)
 
-    def end(self) -> None:
-        """End the stroke and write what it did."""
+    def give_to(self, choice: DeviceChoice, wish: Wish) -> None:
+        """Give the hand to a device, on the mesh as it is now."""
+        if choice.allowed != self.allowed:
+            self.close()
+        self.allowed = choice.allowed
+        self.prepare()
+        obj = self._require()
+        self._start, self._key = mesh_io.coordinates(obj), mesh_io.active_key(obj)
+        self._shown, self._moved = self._start, 0.0
+        self.device = DeviceStrokes(self._edit, choice, wish)
+
+    def show_device(self, wish: Wish) -> str | None:
+        """Guide the device that has the hand, and copy the newest positions into the mesh: what the timer does. Give the edit kind of a stroke that has
+        come to its end and is in the mesh; the device is closed if it has cut the mesh.
+        """
+        obj, edit = self._require(), self._edit
+        if not edit.is_alive:
+            raise pliant.PliantError("the engine stopped; leave the mode and enter it again", "panic")
+        kind = self.device.advance(wish, self._seen, self._moved)
+        if edit.is_cut():
+            # A cut is shown when its stroke has ended.
+            if kind is not None:
+                self.end()
+            return kind
+        tool = edit.read(self._frame, self._inverse)
+        if tool is not None:
+            self.tool = tool
+            mesh_io.set_coordinates(obj, self._frame)
+            before, self._shown = self._shown, mesh_io.coordinates(obj)
+            self._moved = float(np.abs(self._shown - before).max() / np.ptp(before, axis=0).max())
+        self._until_taken -= 1
+        if kind is not None:
+            self._remember(False)
+            self._start = self._shown
+        elif self._until_taken <= 0:
+            self.device.keep_poses()
+        if self._until_taken <= 0:
+            self._until_taken = FRAMES_TAKEN
+        return kind
+
+    def is_mesh_changed(self) -> bool:
+        """Whether something else than the device has changed the mesh, as undo does."""
+        obj = self._require()
+        return mesh_io.active_key(obj) != self._key or not np.array_equal(mesh_io.coordinates(obj), self._shown)
+
+    def end(self) -> bool:
+        """End the stroke, or close the device that has the hand, and write what the hand did. Give whether that is a step of its own for undo."""
         obj = self._require()
         edit = self._edit
-        is_cut = edit.end()
+        is_stroke = is_step = True
+        if self.device is not None:
+            start, self.device = self.device.take_stroke(), None
+            is_cut = edit.rest()
+            if start is not None:
+                edit.keep_stroke(start, edit.session.time)
+            is_stroke = is_cut or start is not None
+            # What was felt has sprung back, up to its last motion; cloth may stay where it was pushed.
+            is_step = is_stroke or self._differs(mesh_io.to_object(obj, edit.positions()))
+        else:
+            is_cut = edit.end()
         self.tool = None
         self._warnings += edit.take_refusals()
-        recording, inverse = edit.recording(), self._inverse
         if is_cut:
             topology.take_cut(obj, edit.mesh, edit.session)
+        elif is_step:
+            mesh_io.set_coordinates(obj, mesh_io.to_object(obj, edit.positions()))
+        else:
+            mesh_io.set_coordinates(obj, self._start)
+        if is_stroke:
+            self._remember(is_cut)
+        if is_cut:
             # The topology is another one: the next stroke begins with it.
             self.close()
-        else:
-            mesh_io.set_coordinates(obj, mesh_io.to_object(obj, edit.positions()))
-        end = mesh_io.coordinates(obj)
-        bake.remember(bake.Take(self.name, self._key, recording, edit.mesh, inverse, self._start, end, is_cut))
+        return is_step
+
+    def _differs(self, places: np.ndarray) -> bool:
+        """Whether coordinates are seen to be others than after the last stroke."""
+        return bool(np.abs(places - self._start).max() > FELT_SHARE * np.ptp(self._start, axis=0).max())
+
+    def _remember(self, is_cut: bool) -> None:
+        """Have the stroke that has just ended baked next."""
+        recording = self._edit.recording()
+        if recording is None:
+            self._warnings.append(
+                "Bake Stroke no longer knows the last strokes: the device has had the hand for too long; allowed is to leave the mode and enter it again"
+            )
+            return
+        end = mesh_io.coordinates(self._require())
+        bake.remember(bake.Take(self.name, self._key, recording, self._edit.mesh, self._inverse, self._start, end, is_cut))
+
+    def drop(self) -> None:
+        """Close the device that has the hand, and forget what it did since its last stroke: the mesh is another one now."""
+        self.close()
+        self.tool = None
 
     def close(self) -> None:
-        """End the session."""
+        """End the session; a device that has the hand is closed first."""
         handover.forget(self)
+        self.device = None
         if self._edit is not None:
             self._edit.close()
         self._edit = self._settings = None

@@ -28,6 +28,11 @@ def kind_items(_self, _context) -> list[tuple[str, str, str]]:
     return _items("kinds", make)
 
 
+def kind_label(kind: str) -> str:
+    """What an edit kind is called."""
+    return next((name for known, name, _ in kind_items(None, None) if known == kind), kind)
+
+
 def _fabrics(_self, _context) -> list[tuple[str, str, str]]:
     return _items("fabrics", lambda: [(name, name.replace("-", " ").title(), text) for name, text in pliant.Fabric.presets().items()])
 

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 import pliant
@@ -18,16 +19,15 @@ class RecordedStroke:
 
     Attributes
     ----------
-    start, end, rest : int
-        Steps taken when it began, when the hand let go, and when the mesh had come to rest.
-    poses : tuple of UsedPose
-        Where the hand was, by step.
+    start, rest : int
+        Steps taken when it began, and when the mesh had come to rest.
+    poses : tuple of UsedPose, or Poses
+        Where the hand was since the stroke before, step by step; in a step without a pose it was away.
     """
 
     start: int
-    end: int
     rest: int
-    poses: tuple[pliant.UsedPose, ...]
+    poses: tuple[pliant.UsedPose, ...] | pliant.Poses
 
 
 @dataclass(frozen=True)
@@ -57,25 +57,22 @@ class Recording:
         """
         last = self.strokes[-1]
         with without_console(), pliant.Session(self.scene, history=True) as session:
-            for stroke in self.strokes[:-1]:
-                for _ in self._steps(session, stroke):
-                    pass
             steps = sampled_steps(last, interval / session.dt)
-            for _ in self._steps(session, last):
+            for _ in self._steps(session, last.rest):
                 # Several in one step where frames are shorter than a step.
                 while steps and session.steps == steps[0]:
                     yield session.positions(self.body).copy()
                     steps.pop(0)
 
-    def _steps(self, session: pliant.Session, stroke: RecordedStroke) -> Iterator[None]:
-        """Make a stroke, step by step."""
-        poses = {round(pose.time / session.dt): pose for pose in stroke.poses}
-        hand = session.hand(self.tool)
-        while session.steps < stroke.rest:
-            pose = poses.get(session.steps + 1)
-            if pose is not None:
+    def _steps(self, session: pliant.Session, last: int) -> Iterator[None]:
+        """Make all strokes up to a step, step by step."""
+        hand, poses = session.hand(self.tool), chain.from_iterable(stroke.poses for stroke in self.strokes)
+        pose = next(poses, None)
+        while session.steps < last:
+            if pose is not None and round(pose.time / session.dt) == session.steps + 1:
                 hand.go(pose.position, pose.rotation, pose.buttons)
-            if session.steps == stroke.end:
+                pose = next(poses, None)
+            else:
                 hand.leave()
             session.step()
             yield
@@ -85,6 +82,12 @@ def sampled_steps(stroke: RecordedStroke, interval: float) -> list[int]:
     """Steps of a stroke at multiples of an interval (steps) after its beginning; the last is that of the rest."""
     count = max(1, math.ceil((stroke.rest - stroke.start) / interval))
     return [*(stroke.start + round(index * interval) for index in range(1, count)), stroke.rest]
+
+
+def joined(parts: list[pliant.Poses]) -> pliant.Poses:
+    """Poses one after the other; there is at least one part."""
+    names = ("time", "tool", "position", "rotation", "buttons")
+    return pliant.Poses(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 @contextmanager

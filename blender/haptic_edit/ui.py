@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 
+from .preferences import preferences
 from .properties import SOLIDS
 
 
@@ -21,6 +22,11 @@ class HAPTIC_PT_panel(bpy.types.Panel):
         layout.use_property_split = True
         layout.operator("object.haptic_edit")
         layout.operator("object.haptic_bake")
+        chosen = preferences()
+        if chosen is not None:
+            layout.prop(chosen, "device")
+            if chosen.device != "MOUSE":
+                layout.prop(chosen, "force_share")
         column = layout.column()
         column.prop(given, "kind")
         column.prop(given, "radius")

@@ -10,6 +10,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 ROOT = Path(__file__).resolve().parents[2]
+# The user of a device that datagrams move.
+sys.path.append(str(ROOT / "python" / "tests"))
 
 
 @pytest.fixture(scope="session")
