@@ -1,0 +1,195 @@
+"""A haptic device in a real window, with real events: run by Blender itself, under an X server, with xdotool.
+
+    xvfb-run -s "-screen 0 1280x800x24" blender --factory-startup --python-exit-code 1 --python blender/tests/gui_device.py -- SITE OUT
+
+SITE is a folder with the package `pliant` in it, OUT gets pictures and `result.json`. The device is `pointer`, which datagrams move.
+"""
+
+import json
+import math
+import subprocess
+import sys
+import traceback
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+SITE, OUT = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :][:2])
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(SITE), str(ROOT / "blender"), str(ROOT / "python" / "tests")]
+
+import addon_utils  # noqa: E402
+from device_user import DeviceUser, is_free, thread_names  # noqa: E402
+
+RESULT: dict = {}
+HAPTIC_THREADS = {"haptic", "watchdog", "pliant-live"}
+
+
+def xdotool(*arguments) -> None:
+    subprocess.run(["xdotool", *map(str, arguments)], check=True)
+
+
+def coordinates():
+    mesh = bpy.data.objects["cube"].data
+    flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+    mesh.vertices.foreach_get("co", flat)
+    return flat.reshape(-1, 3)
+
+
+def prepare(user) -> None:
+    addon_utils.enable("haptic_edit", default_set=True)
+    given = bpy.context.preferences.addons["haptic_edit"].preferences
+    given.device = "pointer"
+    given.params["address"].value, given.params["hold"].value = user.address, "3600"
+    bpy.ops.object.select_all(action="SELECT")
+    bpy.ops.object.delete()
+    bpy.ops.mesh.primitive_cube_add(size=2.0)
+    obj = bpy.context.active_object
+    obj.name = "cube"
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.subdivide(number_cuts=20)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    given = bpy.context.scene.haptic_edit
+    given.level, given.radius = 5, 0.1
+    bpy.ops.ed.undo_push(message="a cube")
+
+
+def view():
+    area = next(area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == "VIEW_3D")
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    return bpy.context.window_manager.windows[0], area, region
+
+
+def picture(name: str) -> None:
+    window, area, region = view()
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        bpy.ops.screen.screenshot(filepath=str(OUT / f"{name}.png"))
+
+
+def play():
+    """One thing after another; each yield gives Blender that many seconds."""
+    user = DeviceUser()
+
+    def go(*places, buttons=0, count=20):
+        """Move the device through places (m)."""
+        for start, end in zip(places, places[1:], strict=False):
+            for share in np.linspace(0.0, 1.0, count):
+                user.send((1 - share) * np.asarray(start) + share * np.asarray(end), buttons)
+                user.force()
+                yield 0.05
+
+    prepare(user)
+    window, area, region = view()
+    space = area.spaces.active
+    space.region_3d.view_perspective = "ORTHO"
+    # From above and a little in front, so that the arrow is seen.
+    space.region_3d.view_rotation = (math.cos(0.125), math.sin(0.125), 0.0, 0.0)
+    space.region_3d.view_distance = 6.0
+    space.shading.type = "SOLID"
+    space.shading.show_cavity = True
+    user.send([0, 0, 0.0])
+    yield 1.0
+    start = coordinates()
+    xdotool("mousemove", int(region.x + 0.5 * region.width), int(window.height - region.y - 0.5 * region.height))
+    yield 0.3
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        RESULT["invoked"] = sorted(bpy.ops.object.haptic_edit("INVOKE_DEFAULT"))
+    yield 1.0
+    RESULT["threads"] = sorted(HAPTIC_THREADS & set(thread_names()))
+    picture("inside")
+    # Out towards the viewer, whose axes the device has, and back onto the mesh: felt.
+    yield from go([0, 0, 0], [0, 0.02, 0.095])
+    yield from go([0, 0.02, 0.095], [0, 0.02, 0.07])
+    yield 1.0
+    picture("felt")
+    RESULT["felt"] = float(np.abs(coordinates() - start).max())
+    RESULT["largest force"] = user.largest
+    yield from go([0, 0.02, 0.07], [0, 0.02, 0.095])
+    yield 1.0
+    RESULT["sprung back"] = float(np.abs(coordinates() - start).max())
+    # A stroke with the first button.
+    yield from go([0, 0.02, 0.095], [0, 0.02, 0.065], buttons=1)
+    picture("stroke")
+    yield from go([0, 0.02, 0.065], [0, 0.02, 0.095])
+    yield 1.5
+    pressed = coordinates()
+    RESULT["stroke"] = float(np.abs(pressed - start).max())
+    picture("after stroke")
+    # The tool by its key, its opposite by the second button.
+    kinds = [item[0] for item in sys.modules["haptic_edit"].properties.kind_items(None, None)]
+    xdotool("key", "1234567890"[kinds.index("inflate")])
+    yield 0.5
+    RESULT["kind"] = bpy.context.scene.haptic_edit.kind
+    yield from go([0.02, -0.01, 0.095], [0.02, -0.01, 0.075])
+    yield from go([0.02, -0.01, 0.075], [0.02, -0.01, 0.075], buttons=2)
+    yield from go([0.02, -0.01, 0.075], [0.02, -0.01, 0.095])
+    yield 1.5
+    deflated = coordinates()
+    RESULT["opposite"] = float(np.abs(deflated - pressed).max())
+    # The view turns, and the hand with it.
+    space.region_3d.view_rotation = (1.0, 0.0, 0.0, 0.0)
+    yield 1.0
+    picture("turned")
+    # Undo by the key of Blender: the device is opened anew.
+    xdotool("key", "ctrl+z")
+    yield 2.0
+    RESULT["undone"] = bool(np.abs(coordinates() - pressed).max() < 1e-6)
+    xdotool("key", "ctrl+shift+z")
+    yield 2.0
+    RESULT["redone"] = bool(np.abs(coordinates() - deflated).max() < 1e-6)
+    RESULT["open again"] = not is_free(user.address)
+    # Undo in the middle of a stroke takes it back.
+    xdotool("key", "1")
+    yield from go([0, 0, 0.095], [0, 0, 0.065], buttons=1)
+    xdotool("key", "ctrl+z")
+    yield 2.0
+    RESULT["undone in a stroke"] = float(np.abs(coordinates() - deflated).max())
+    user.send([0, 0, 0.095])
+    yield 1.0
+    # Saving ends the stroke under way, and the mode goes on.
+    yield from go([0, 0, 0.095], [0, 0, 0.07], buttons=1)
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "edited.blend"), copy=True)
+    saved = coordinates()
+    RESULT["saved"] = float(np.abs(saved - deflated).max())
+    yield from go([0, 0, 0.095], [0, 0, 0.07])
+    yield 1.0
+    picture("after save")
+    RESULT["goes on"] = bool(not np.array_equal(coordinates(), saved))
+    # Leaving closes the device.
+    xdotool("key", "Escape")
+    yield 1.0
+    RESULT["left"] = [is_free(user.address), sorted(HAPTIC_THREADS & set(thread_names()))]
+    # Disabling in the middle of a stroke does so too.
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        bpy.ops.object.haptic_edit("INVOKE_DEFAULT")
+    yield 0.5
+    yield from go([0, 0, 0.095], [0, 0, 0.07], buttons=1)
+    RESULT["second mode"] = not is_free(user.address)
+    addon_utils.disable("haptic_edit")
+    yield 1.0
+    RESULT["disabled"] = [is_free(user.address), sorted(HAPTIC_THREADS & set(thread_names()))]
+    picture("disabled")
+    RESULT["done"] = True
+
+
+def run() -> None:
+    steps = play()
+
+    def tick():
+        try:
+            return next(steps)
+        except StopIteration:
+            pass
+        except Exception:
+            RESULT["error"] = traceback.format_exc()
+        (OUT / "result.json").write_text(json.dumps(RESULT, indent=1))
+        bpy.ops.wm.quit_blender()
+        return None
+
+    bpy.app.timers.register(tick, first_interval=1.0)
+
+
+bpy.context.preferences.view.show_splash = False
+OUT.mkdir(parents=True, exist_ok=True)
+run()
