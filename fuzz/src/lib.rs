@@ -36,7 +36,7 @@ pub fn tetrahedra(bytes: &[u8]) {
     let document = mesh.surface().expect("a boundary");
     assert_eq!(document.positions().len(), mesh.vertices().len());
     let mut out = Vec::new();
-    mesh.write_vtk(&mesh.points, &mut out).expect("a Vec takes everything");
+    mesh.write_vtk(&mesh.points, None, &mut out).expect("a Vec takes everything");
     let again = TetMesh::parse(&out, Path::new("written.vtk")).expect("it is read again");
     let is_same = again.tetrahedra == mesh.tetrahedra && again.quadratic == mesh.quadratic;
     assert!(again.points == mesh.points && is_same, "a written mesh changed");

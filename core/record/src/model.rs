@@ -27,13 +27,15 @@ pub fn write_model_to(body: &Body, cap_material: &str, out: &mut impl Write) -> 
     ModelShape::of(body).write(cap_material, out)
 }
 
-/// Writes the tetrahedral mesh of a body as a VTK file, with the displacement of its nodes in file units; nothing for another body.
+/// Writes the tetrahedral mesh of a body as a VTK file, with the displacement of its nodes in file units, and where some have failed which; nothing for another
+/// body.
 ///
 /// # Errors
 /// Fails with the errors of `out`.
 pub fn write_tetrahedra_to(body: &Body, out: &mut impl Write) -> io::Result<()> {
     let Some(cells) = &body.model.tetrahedra else { return Ok(()) };
-    cells.mesh().write_vtk(&cells.displacements(&body.system.nodes.x, &body.model.placement), out)
+    let failed = body.system.sets.iter().find(|set| set.failed_count() > 0).map(|set| set.failed());
+    cells.mesh().write_vtk(&cells.displacements(&body.system.nodes.x, &body.model.placement), failed, out)
 }
 
 /// What a deformed model is written from.
@@ -86,12 +88,17 @@ impl<'a> ModelShape<'a> {
     }
 
     /// Writes the OBJ document. Lines of vertices that have not moved, and all other lines, stay byte for byte; normals rotate with the faces
-    /// around them. Faces of a sheet all of whose triangles have failed are left out, of a face that a cut has divided the pieces that have failed, and with
-    /// them vertices that no other face uses. Faces that a cut has made inside of the body get the OBJ material `cap_material`.
+    /// around them. Faces all of whose triangles have failed are left out, of a face that a cut has divided the pieces that have failed, and with
+    /// them vertices that no other face uses. Faces that a cut has made inside of the body, or that elements which have failed have brought to light, get the OBJ
+    /// material `cap_material`; those of failed elements come last, with their vertices before them.
     ///
     /// # Errors
     /// Fails for a vertex that cannot be written and with the errors of `out`.
     pub fn write(&self, cap_material: &str, out: &mut impl Write) -> io::Result<()> {
+        let exposed = self.failed_triangles.exposed();
+        if !exposed.triangles().is_empty() {
+            return out.write_all(&self.written(cap_material)?.bytes);
+        }
         if self.failed_triangles.is_empty() {
             return self.write_whole(cap_material, out);
         }
@@ -108,16 +115,45 @@ impl<'a> ModelShape<'a> {
             Some(mesh) => mesh.vertex_rows(),
             None => (0..self.present.len() as u32).collect(),
         };
+        row_of.resize(self.present.len(), NO_ROW);
         let mut bytes = Vec::new();
-        if self.failed_triangles.is_empty() {
+        if self.failed_triangles.is_empty() && self.failed_triangles.exposed().triangles().is_empty() {
             self.write_whole(cap_material, &mut bytes)?;
-        } else {
-            let (document, is_kept) = self.without_failed(cap_material)?;
-            document.write_faces(&is_kept, &mut bytes)?;
-            let kept = document.kept_vertices(&is_kept);
-            row_of.iter_mut().for_each(|row| *row = kept.get(*row as usize).copied().unwrap_or(NO_ROW));
+            return Ok(WrittenModel { bytes, row_of });
         }
+        let (document, is_kept) = self.without_failed(cap_material)?;
+        document.write_faces(&is_kept, &mut bytes)?;
+        let kept = document.kept_vertices(&is_kept);
+        let rows = kept.iter().filter(|row| **row != NO_ROW).count() as u32;
+        row_of.iter_mut().for_each(|row| *row = kept.get(*row as usize).copied().unwrap_or(NO_ROW));
+        self.write_exposed(cap_material, rows, &mut row_of, &mut bytes)?;
         Ok(WrittenModel { bytes, row_of })
+    }
+
+    /// Appends the faces that have come to light, with those of their vertices that the file does not have: it has `rows`, and `row_of` gets theirs.
+    fn write_exposed(&self, cap_material: &str, rows: u32, row_of: &mut [u32], out: &mut Vec<u8>) -> io::Result<()> {
+        let triangles = self.failed_triangles.exposed().triangles();
+        if triangles.is_empty() {
+            return Ok(());
+        }
+        if out.last().is_some_and(|last| *last != b'\n') {
+            out.push(b'\n');
+        }
+        let mut next = rows;
+        for &vertex in triangles.iter().flatten() {
+            if row_of[vertex as usize] == NO_ROW {
+                let point = self.placement.apply_inverse(self.present[vertex as usize]);
+                writeln!(out, "v {:?} {:?} {:?}", point.x, point.y, point.z)?;
+                row_of[vertex as usize] = next;
+                next += 1;
+            }
+        }
+        writeln!(out, "usemtl {cap_material}")?;
+        for corners in triangles {
+            let [a, b, c] = corners.map(|vertex| row_of[vertex as usize] + 1);
+            writeln!(out, "f {a} {b} {c}")?;
+        }
+        Ok(())
     }
 
     /// The written document with faces that have failed or without them, and which of its faces are to be kept.
@@ -140,7 +176,13 @@ impl<'a> ModelShape<'a> {
         let Self { document, placement, original, present, failed_triangles, cut } = *self;
         if let Some(mesh) = cut {
             return mesh
-                .write_without(|t| failed_triangles.contains(t), document, present, cap_material, out)
+                .write_without(
+                    |t| failed_triangles.contains(t),
+                    document,
+                    &present[..mesh.surface().points.len()],
+                    cap_material,
+                    out,
+                )
                 .map_err(other);
         }
         let points = placement.bring_back(document.positions(), original, present);

@@ -29,6 +29,7 @@ impl Body {
     /// # Errors
     /// Returns the error of the grid or material plugin.
     pub fn take_cut(&mut self, advance: &Advance) -> Result<(), LatticeError> {
+        self.withdraw_exposed_faces();
         let Some(mesh) = &self.cut else { return Ok(()) };
         let mut settled = std::mem::take(&mut self.skin.settled);
         let list = Arc::make_mut(&mut settled);

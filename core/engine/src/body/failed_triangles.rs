@@ -1,11 +1,12 @@
-//! Triangles of a sheet that have failed because the material says so (`pliant.failure/1`): they are neither drawn nor written, and nothing meets
-//! them. Their vertices stay, with their mass, and are met as long as they have another triangle.
+//! Triangles that have failed because the material says so (`pliant.failure/1`), of a sheet, or of a solid with its tetrahedra: they are neither drawn nor
+//! written, and nothing meets them. A sheet's vertices stay, with their mass, and are met as long as they have another triangle.
 //!
 //! Whether an element has failed follows from its history, so an undo, which puts histories back, brings its triangle back too.
 
-use super::Body;
+use super::broken_surface::ExposedFaces;
+use super::{Body, LatticeError};
 use pliant_plugin_api::abi;
-use pliant_solver::ElementSet;
+use pliant_solver::{ElementSet, System};
 use std::sync::Arc;
 
 /// The triangles of a body that have failed.
@@ -19,6 +20,8 @@ pub struct FailedTriangles {
     elements: usize,
     /// Number of changes of the elements' list that `has_failed` has been brought up to date with.
     changes: u64,
+    /// Faces of a solid that have come to light.
+    pub(super) exposed: ExposedFaces,
 }
 
 impl FailedTriangles {
@@ -32,6 +35,29 @@ impl FailedTriangles {
         &self.loose_nodes
     }
 
+    /// Faces of a solid that have come to light where elements have failed.
+    pub fn exposed(&self) -> &ExposedFaces {
+        &self.exposed
+    }
+
+    /// Whether the elements' list has changed since the last call, of whose changes the number is given.
+    pub(super) fn take_changes(&mut self, changes: u64) -> bool {
+        std::mem::replace(&mut self.changes, changes) != changes
+    }
+
+    /// Has the triangles be found anew with the next look at the elements.
+    pub(super) fn outdate(&mut self) {
+        self.changes = u64::MAX;
+    }
+
+    /// Replaces which triangles have failed (t). Returns those that have changed.
+    pub(super) fn replace(&mut self, has_failed: Vec<bool>) -> Vec<u32> {
+        let before = std::mem::replace(&mut self.has_failed, has_failed);
+        let was_failed = |t: usize| before.get(t).copied().unwrap_or(false);
+        let changed = (0..self.has_failed.len()).filter(|t| self.has_failed[*t] != was_failed(*t));
+        changed.map(|t| t as u32).collect()
+    }
+
     /// Whether no triangle has failed.
     pub fn is_empty(&self) -> bool {
         !self.has_failed.contains(&true)
@@ -39,19 +65,44 @@ impl FailedTriangles {
 }
 
 impl Body {
+    /// How many elements have failed, of how many, and what mass hangs on none that has not, for people.
+    pub(crate) fn describe_failed(&self) -> String {
+        let System { sets, nodes, .. } = &self.system;
+        let able = || sets.iter().filter(|set| set.has(abi::CAN_FAIL));
+        let (failed, all): (usize, usize) =
+            able().fold((0, 0), |(f, a), set| (f + set.failed_count(), a + set.count()));
+        let mut is_held = vec![able().next().is_none(); nodes.len()];
+        for set in able() {
+            let corners = set.nodes().len() / set.count().max(1);
+            let left = set.nodes().chunks_exact(corners.max(1)).zip(set.failed()).filter(|(_, failed)| **failed == 0);
+            left.flat_map(|(nodes, _)| nodes).for_each(|node| is_held[*node as usize] = true);
+        }
+        let loose: f64 = nodes.mass.iter().zip(&is_held).filter(|(_, held)| !**held).map(|(mass, _)| mass).sum();
+        let fate = if loose > 0.0 {
+            format!("{loose:.3e} kg hang on nothing and are no longer seen or met")
+        } else {
+            "all mass hangs on elements that are left".into()
+        };
+        format!("{failed} of {all} elements; {fate}")
+    }
+
     /// Brings the triangles that have failed up to date with the elements, and marks those that have changed for viewers. Returns how many more elements
     /// have failed than at the last call.
-    pub(crate) fn update_failed_triangles(&mut self) -> usize {
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(crate) fn update_failed_triangles(&mut self) -> Result<usize, LatticeError> {
         let elements = self.system.failed_count();
         let before = std::mem::replace(&mut self.failed_triangles.elements, elements);
         let can_fail = |set: &&ElementSet| set.request().kind == abi::TRIANGLE && set.has(abi::CAN_FAIL);
         let of_triangles = self.system.sets.iter().find(can_fail);
         let (Some(sheet), Some(set)) = (self.discretization.sheet(), of_triangles) else {
-            return elements.saturating_sub(before);
+            self.update_broken_surface()?;
+            return Ok(elements.saturating_sub(before));
         };
         // Elements that are made anew count as a change, so it also covers triangles with other numbers after a cut.
-        let changes = std::mem::replace(&mut self.failed_triangles.changes, set.failed_changes());
-        if changes != set.failed_changes() && (before > 0 || elements > 0 || !self.failed_triangles.is_empty()) {
+        let has_changed = self.failed_triangles.take_changes(set.failed_changes());
+        if has_changed && (before > 0 || elements > 0 || !self.failed_triangles.is_empty()) {
             self.failed_triangles.has_failed.resize(self.model.surface.triangles.len(), false);
             let (mut changed, failed) = (Vec::new(), set.failed());
             for (element, failed) in failed.iter().enumerate() {
@@ -80,6 +131,6 @@ impl Body {
             let mut held = is_held.iter();
             loose_nodes.retain(|_| !held.next().copied().unwrap_or(false));
         }
-        elements.saturating_sub(before)
+        Ok(elements.saturating_sub(before))
     }
 }

@@ -16,6 +16,7 @@ mod cut;
 mod deformation;
 mod directions;
 mod embed;
+mod failed_cells;
 mod fields;
 mod fragments;
 mod heal;
@@ -40,6 +41,8 @@ use super::stiffness::StiffnessFactor;
 pub use bounds::NodeBounds;
 pub use cell_source::CellSource;
 pub use contact_points::{ContactBuffers, ContactPoint, ContactSurface};
+pub(in crate::body) use failed_cells::EdgePlace;
+use failed_cells::FailedCells;
 use fragments::Fragments;
 pub(in crate::body) use fragments::NodeKey as LatticeNode;
 pub use fragments::{BodyInterior, CellFragment};
@@ -193,6 +196,8 @@ pub struct Lattice {
     is_grid_checked: bool,
     /// Steps since the region was last made.
     steps: u32,
+    /// Tetrahedra that have failed.
+    failed: FailedCells,
 }
 
 /// A node that moves along the path of a fixing.
@@ -254,6 +259,7 @@ impl Lattice {
             smooth,
             is_grid_checked: false,
             steps: 0,
+            failed: FailedCells::default(),
         })
     }
 

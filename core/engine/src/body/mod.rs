@@ -3,6 +3,7 @@
 //! A solid is embedded in a [`Lattice`] of cubic cells, or of the tetrahedra of its file; a sheet is simulated on its own mesh ([`Sheet`]). Either way
 //! [`pliant_solver::System`] holds nodes and elements, and [`Skin`] the positions of the model's vertices that follow from them.
 
+mod broken_surface;
 mod cell_corners;
 mod cutting;
 mod discretization;
@@ -31,6 +32,7 @@ mod surface_layer;
 mod symmetry;
 mod tint;
 
+pub use broken_surface::ExposedFaces;
 pub use cell_corners::CellCorners;
 pub use discretization::Discretization;
 pub use failed_triangles::FailedTriangles;
@@ -110,6 +112,7 @@ impl Body {
     /// Returns the error of the grid plugin.
     pub fn update_skin(&mut self, pool: &Pool) -> Result<(), LatticeError> {
         self.discretization.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)?;
+        self.embed_exposed_faces();
         if let Some(symmetry) = &self.symmetry {
             symmetry.apply(&self.model, &mut self.skin);
         }

@@ -121,20 +121,12 @@ impl Model {
     pub fn take_cut(&mut self, surface: &Surface, changed: &[u32]) {
         let (known, count) = (self.surface.triangles.len(), surface.triangles.len());
         let stays = |t: &u32| (*t as usize) < known.min(count);
-        let gone = count as u32..known as u32;
-        for t in changed.iter().copied().filter(stays).chain(gone) {
-            for v in self.surface.triangles[t as usize] {
-                self.around_mut(v).retain(|other| *other != t);
-            }
+        for t in changed.iter().copied().filter(stays) {
+            self.disconnect(t);
         }
-        let points = self.surface.points.len().min(surface.points.len());
-        self.surface.points.truncate(points);
-        self.longest_edge.truncate(points);
-        self.recut.retain(|v, _| (*v as usize) < points);
-        self.surface.points.extend_from_slice(&surface.points[points..]);
-        self.longest_edge.resize(surface.points.len(), 0.0);
-        self.surface.triangles.truncate(count);
-        self.surface.face_of.truncate(count);
+        self.truncate(self.surface.points.len().min(surface.points.len()), count);
+        let points = self.surface.points.len();
+        self.add_points(&surface.points[points..]);
         for t in changed.iter().copied().filter(stays) {
             self.surface.triangles[t as usize] = surface.triangles[t as usize];
             self.surface.face_of[t as usize] = surface.face_of[t as usize];
@@ -142,23 +134,59 @@ impl Model {
         let first = self.surface.triangles.len();
         self.surface.triangles.extend_from_slice(&surface.triangles[first..]);
         self.surface.face_of.extend_from_slice(&surface.face_of[first..]);
-        for t in changed.iter().copied().filter(stays).chain(first as u32..count as u32) {
-            self.pages.mark(t);
-            if self.is_lid(t) {
-                continue;
+        changed.iter().copied().filter(stays).chain(first as u32..count as u32).for_each(|t| self.connect(t));
+    }
+
+    /// Removes all vertices but the first `points` and all triangles but the first `count`; triangles that stay have vertices that stay.
+    pub(super) fn truncate(&mut self, points: usize, count: usize) {
+        for t in count as u32..self.surface.triangles.len() as u32 {
+            self.disconnect(t);
+        }
+        self.surface.points.truncate(points);
+        self.longest_edge.truncate(points);
+        self.recut.retain(|v, _| (*v as usize) < points);
+        self.surface.triangles.truncate(count);
+        self.surface.face_of.truncate(count);
+    }
+
+    /// Adds vertices at `points` (m), and triangles that are in no face of the file and not on its surface, as caps are.
+    pub(super) fn add_inner(&mut self, points: &[Vec3], triangles: &[[u32; 3]]) {
+        let first = self.surface.triangles.len() as u32;
+        self.add_points(points);
+        self.surface.triangles.extend_from_slice(triangles);
+        self.surface.face_of.resize(self.surface.triangles.len(), self.document.face_count() as u32);
+        (first..self.surface.triangles.len() as u32).for_each(|t| self.connect(t));
+    }
+
+    fn add_points(&mut self, points: &[Vec3]) {
+        self.surface.points.extend_from_slice(points);
+        self.longest_edge.resize(self.surface.points.len(), 0.0);
+    }
+
+    /// Removes a triangle from those around its corners.
+    fn disconnect(&mut self, triangle: u32) {
+        for v in self.surface.triangles[triangle as usize] {
+            self.around_mut(v).retain(|other| *other != triangle);
+        }
+    }
+
+    /// Adds a triangle to those around its corners, and marks it for viewers.
+    fn connect(&mut self, triangle: u32) {
+        self.pages.mark(triangle);
+        if self.is_lid(triangle) {
+            return;
+        }
+        let corners = self.surface.triangles[triangle as usize];
+        for i in 0..3 {
+            let (a, b) = (corners[i], corners[(i + 1) % 3]);
+            let list = self.around_mut(a);
+            if let Err(place) = list.binary_search(&triangle) {
+                list.insert(place, triangle);
             }
-            let corners = surface.triangles[t as usize];
-            for i in 0..3 {
-                let (a, b) = (corners[i], corners[(i + 1) % 3]);
-                let list = self.around_mut(a);
-                if let Err(place) = list.binary_search(&t) {
-                    list.insert(place, t);
-                }
-                let edge = distance(surface.points[a as usize], surface.points[b as usize]) as f32;
-                for v in [a, b] {
-                    let longest = &mut self.longest_edge[v as usize];
-                    *longest = longest.max(edge);
-                }
+            let edge = distance(self.surface.points[a as usize], self.surface.points[b as usize]) as f32;
+            for v in [a, b] {
+                let longest = &mut self.longest_edge[v as usize];
+                *longest = longest.max(edge);
             }
         }
     }

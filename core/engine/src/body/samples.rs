@@ -81,20 +81,30 @@ impl Samples {
     /// # Errors
     /// Returns the error of the grid plugin.
     pub fn new(surface: &Surface, lattice: &Lattice) -> Result<Self, LatticeError> {
-        let size = lattice.edge() / PER_EDGE;
-        let mut pieces: Vec<Piece> = Vec::with_capacity(surface.triangles.len());
-        let mut limit = MAX_COLLECTED;
-        for triangle in &surface.triangles {
-            divide(triangle.map(|v| surface.points[v as usize]), size, &mut pieces);
-            if pieces.len() > limit {
-                pieces = merge_all(pieces);
-                limit = limit.max(2 * pieces.len());
-            }
-        }
-        let merged = merge_all(pieces);
+        let corners = surface.triangles.iter().map(|triangle| triangle.map(|v| surface.points[v as usize]));
+        let merged = collect(corners, lattice);
         let places: Vec<Vec3> = merged.iter().map(|m| m.centroid).collect();
+        Self::in_cells(&merged, &places, lattice)
+    }
+
+    /// Samples triangles (corners, m) of a body whose elements have failed in part, each in the cell under it.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(super) fn of_broken(
+        triangles: impl Iterator<Item = [Vec3; 3]>,
+        lattice: &Lattice,
+    ) -> Result<Self, LatticeError> {
+        let merged = collect(triangles, lattice);
+        let under = |m: &Piece| m.centroid - INSIDE * lattice.edge() / m.area.norm() * m.area;
+        let places: Vec<Vec3> = merged.iter().map(under).collect();
+        Self::in_cells(&merged, &places, lattice)
+    }
+
+    /// Sorts samples by the cells in which they are, looked up at `places` (m).
+    fn in_cells(merged: &[Piece], places: &[Vec3], lattice: &Lattice) -> Result<Self, LatticeError> {
         let (mut cells, mut weights) = (vec![0; places.len()], vec![[0.0; 8]; places.len()]);
-        lattice.source.weights(lattice.settings.level, cast_slice(&places), &mut cells, &mut weights)?;
+        lattice.source.weights(lattice.settings.level, cast_slice(places), &mut cells, &mut weights)?;
         let mut order: Vec<u32> = (0..places.len() as u32).collect();
         order.sort_by_key(|&i| cells[i as usize]);
         let mut samples = Self::default();
@@ -107,7 +117,7 @@ impl Samples {
                 samples.cells.push(id);
                 samples.starts.push(samples.place.len() as u32);
             }
-            samples.push(Sample { place: places[i as usize], area: merged[i as usize].area });
+            samples.push(Sample { place: merged[i as usize].centroid, area: merged[i as usize].area });
         }
         samples.starts.push(samples.place.len() as u32);
         samples.uncut = samples.place.len();
@@ -197,6 +207,21 @@ impl Samples {
     pub fn is_empty(&self) -> bool {
         self.place.is_empty()
     }
+}
+
+/// Divides triangles (corners, m) into pieces and merges them.
+fn collect(triangles: impl Iterator<Item = [Vec3; 3]>, lattice: &Lattice) -> Vec<Piece> {
+    let size = lattice.edge() / PER_EDGE;
+    let mut pieces: Vec<Piece> = Vec::with_capacity(triangles.size_hint().0);
+    let mut limit = MAX_COLLECTED;
+    for corners in triangles {
+        divide(corners, size, &mut pieces);
+        if pieces.len() > limit {
+            pieces = merge_all(pieces);
+            limit = limit.max(2 * pieces.len());
+        }
+    }
+    merge_all(pieces)
 }
 
 /// Merges pieces with equal keys; a merged piece has the number of its first.

@@ -44,7 +44,10 @@ impl Body {
                 Discretization::Lattice(lattice) => DiscretizationState::Lattice(Box::new(lattice.save())),
                 Discretization::Sheet(sheet) => DiscretizationState::Sheet(sheet.save()),
             },
-            settled: Arc::clone(&self.skin.settled),
+            settled: match self.failed_triangles.exposed().first_vertex() {
+                Some(first) => Arc::new(self.skin.settled[..first as usize].to_vec()),
+                None => Arc::clone(&self.skin.settled),
+            },
             cuts: self.cut.as_ref().map_or(0, |mesh| mesh.depth()),
             frozen: self.frozen.clone(),
         }
@@ -55,6 +58,8 @@ impl Body {
     /// # Errors
     /// Returns the error of the grid or material plugin.
     pub fn restore(&mut self, state: &BodyState) -> Result<(), LatticeError> {
+        // They follow from histories.
+        self.withdraw_exposed_faces();
         let mut moved = Vec::new();
         let known = self.model.surface.triangles.len();
         if let Some(mesh) = &mut self.cut {
@@ -94,7 +99,7 @@ impl Body {
             set.set_history(history);
         }
         self.system.update_failed()?;
-        self.update_failed_triangles();
+        self.update_failed_triangles()?;
         self.frozen.clone_from(&state.frozen);
         self.update_tints()?;
         if !self.samples.is_empty() {

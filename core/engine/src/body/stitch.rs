@@ -57,11 +57,15 @@ impl Body {
         Ok(())
     }
 
-    /// Pairs of vertices that stitches have joined, at different vertices of the mesh: welded ones of a sheet, and some on both faces of what has healed in a
-    /// solid.
+    /// Pairs of vertices that are connected other than by triangles: by stitches, as welded ones of a sheet and some on both faces of what has healed in a
+    /// solid; and around a hollow where elements of a solid have failed.
     pub fn joined_vertices(&self) -> Vec<[u32; 2]> {
         match &self.discretization {
-            Discretization::Lattice(lattice) => lattice.healed_pairs(),
+            Discretization::Lattice(lattice) => {
+                let mut pairs = lattice.healed_pairs();
+                pairs.extend(self.vertices_of_one_part());
+                pairs
+            }
             Discretization::Sheet(sheet) => sheet.welds().iter().map(|(vertex, of)| [*vertex, *of]).collect(),
         }
     }

@@ -6,7 +6,7 @@
 //! the triangle tree.
 
 use super::triangle_point::TrianglePoint;
-use crate::body::{Body, LatticeError, NOT_EMBEDDED, NodeBounds, Samples, interpolate};
+use crate::body::{Body, LatticeError, NOT_EMBEDDED, NodeBounds, Samples, Skin, interpolate};
 use crate::shape::OrientedShape;
 use nalgebra::Matrix3;
 use pliant_mesh::geometry::{Closest, closest_point};
@@ -225,7 +225,7 @@ impl ProximitySearch {
             let begin = self.weights.len();
             self.weights_of.push(begin);
             self.weights.resize(begin + range.len(), [0.0; 8]);
-            lattice.weights_in(&samples.place[range], &mut self.weights[begin..])?;
+            lattice.weights_in(cell, &samples.place[range], &mut self.weights[begin..])?;
         }
         Ok(())
     }
@@ -263,7 +263,7 @@ impl ProximitySearch {
     ) -> Result<(), LatticeError> {
         let fresh = self.list_cells(query, body, true);
         let (centre, reach, moved) = (query.centre, query.reach(), query.moved);
-        let Body { discretization, model, skin, system, .. } = body;
+        let Body { discretization, model, skin, system, failed_triangles, .. } = body;
         let Some(lattice) = discretization.lattice_mut() else { return Ok(()) };
         if fresh || moved > 0.0 {
             lattice.forget_jets();
@@ -272,16 +272,19 @@ impl ProximitySearch {
         self.candidates.clear();
         let candidates = &mut self.candidates;
         skin.tree.near(centre, reach, |t| candidates.push(t));
-        for &cell in &self.cells {
-            for &v in lattice.points(cell)? {
-                let d = skin.x[v as usize] - centre;
-                if d.norm_squared() <= (reach + STRETCH * model.longest_edge(v)).powi(2) {
-                    candidates.extend_from_slice(model.around(v));
-                }
+        let mut look_around = |v: u32, skin: &Skin| {
+            let d = skin.x[v as usize] - centre;
+            if d.norm_squared() <= (reach + STRETCH * model.longest_edge(v)).powi(2) {
+                candidates.extend_from_slice(model.around(v));
             }
+        };
+        for &cell in &self.cells {
+            lattice.points(cell)?.iter().for_each(|v| look_around(*v, skin));
         }
+        failed_triangles.exposed().vertices().for_each(|v| look_around(v, skin));
         candidates.sort_unstable();
         candidates.dedup();
+        candidates.retain(|t| !failed_triangles.contains(*t));
         for &triangle in candidates.iter() {
             let vertices = model.surface.triangles[triangle as usize];
             for v in vertices {
@@ -298,7 +301,11 @@ impl ProximitySearch {
                 let corners = vertices.map(|v| model.surface.points[v as usize]);
                 let (rest, normal) = (interpolate(corners, found.bary), normal_of(corners));
                 let triangle = Some(TrianglePoint::new(triangle, found.bary, corners));
-                let rest = if lattice.has_cuts() { inward(rest, normal, lattice.edge()) } else { rest };
+                let rest = if lattice.has_cuts() || lattice.has_failed_cells() {
+                    inward(rest, normal, lattice.edge())
+                } else {
+                    rest
+                };
                 out.push(SurfacePoint {
                     body: index,
                     point: found.point,

@@ -24,8 +24,11 @@ impl TrianglePoint {
         Self { triangle, bary, rest: interpolate(corners, bary) }
     }
 
-    /// Vertices of the triangle; `None` if it has been replaced.
+    /// Vertices of the triangle; `None` if it has been replaced or has failed.
     fn vertices(&self, body: &Body) -> Option<[u32; 3]> {
+        if body.failed_triangles.contains(self.triangle) {
+            return None;
+        }
         let vertices = *body.model.surface.triangles.get(self.triangle as usize)?;
         (interpolate(corners_of(body, vertices), self.bary) == self.rest).then_some(vertices)
     }

@@ -37,6 +37,7 @@ use pliant_host::{
 use pliant_mesh::check::{Severity, Use};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::require_for_mesh_elements;
+use pliant_plugin_api::abi;
 use pliant_plugin_api::lanes::check_vector_unit;
 use pliant_solver::ForceModel;
 use pliant_solver::{NodeSprings, Scheme, System};
@@ -407,8 +408,14 @@ impl Opening<'_> {
             }
         };
         let relaxation = scene.grid.get_ref().relaxation.get_ref().si;
-        let region =
-            RegionSettings { level, radius: radius.unwrap_or(0.0), relaxation, smooth: scene.grid.get_ref().smooth };
+        // Slopes that are continued across a crack would know what is on its other side.
+        let can_fail = material.requests().iter().any(|r| r.kind == abi::TETRAHEDRON && r.flags & abi::CAN_FAIL != 0);
+        let region = RegionSettings {
+            level,
+            radius: radius.unwrap_or(0.0),
+            relaxation,
+            smooth: scene.grid.get_ref().smooth && !can_fail,
+        };
         let (number, path, dt) = (shared.number, library.path().display(), self.dt);
         let key = format!("{number} {level} {dt:e} {path} {} {settings:?}", info.id);
         let grid = match self.shared.idle_grid(&key) {

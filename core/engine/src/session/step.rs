@@ -168,17 +168,10 @@ impl Session {
             self.moved[index] = moved.as_ref().map_or(0.0, |fastest| fastest * self.clock.dt);
             match moved {
                 Ok(fastest) => {
-                    let failed = self.bodies[index].update_failed_triangles() as u64;
-                    if failed > 0 {
-                        let tips = self.tools.iter_mut().filter_map(|slot| slot.soft[index].as_mut());
-                        tips.for_each(SoftTip::invalidate_areas);
+                    if let Err(error) = self.take_failed(index, time.start) {
+                        self.freeze(index, time.start, error.to_string());
+                        continue;
                     }
-                    self.events.add_many(EventKind::ElementsFailed, failed, time.start, || {
-                        format!(
-                            "body `{}`: its material failed: the first of its elements have failed",
-                            self.bodies[index].name
-                        )
-                    });
                     self.rest(index, fastest, time);
                 }
                 Err(NotMoved::Cancelled) => {
@@ -194,6 +187,29 @@ impl Session {
             }
             self.check_patience(index, stage, time.start, start);
         }
+    }
+
+    /// Takes account of the elements of a body that have failed in a step: its surface follows, contacts forget what is gone, and an event counts them.
+    fn take_failed(&mut self, index: usize, time: f64) -> Result<(), LatticeError> {
+        let failed = self.bodies[index].update_failed_triangles()? as u64;
+        self.bodies[index].embed_exposed_faces();
+        if failed == 0 {
+            return Ok(());
+        }
+        for slot in &mut self.tools {
+            slot.soft[index].iter_mut().for_each(SoftTip::invalidate_areas);
+            if self.bodies[index].discretization.lattice().is_some() {
+                slot.tool.invalidate(index);
+            }
+        }
+        if self.bodies[index].discretization.lattice().is_some() {
+            self.obstacles.contacts.iter_mut().skip(index).take(1).for_each(ObstacleContacts::invalidate);
+        }
+        let body = &self.bodies[index];
+        self.events.add_many(EventKind::ElementsFailed, failed, time, || {
+            format!("body `{}`: its material failed: {}", body.name, body.describe_failed())
+        });
+        Ok(())
     }
 
     /// Moves a body; the step began at `start` on the wall clock. Returns the speed of its fastest node, m/s.

@@ -200,6 +200,9 @@ impl Tool {
         let centre = self.proxy.position;
         let mut best: Option<(f64, u32, Vec3)> = None;
         body.skin.tree.near_within(centre, margin + beyond, |triangle| {
+            if body.failed_triangles.contains(triangle) {
+                return best.map_or(margin, |(distance, ..)| distance) + beyond;
+            }
             let vertices = body.model.surface.triangles[triangle as usize];
             let closest = shape.closest_on_triangle(centre, vertices.map(|v| body.skin.settled[v as usize]));
             let d = closest.point - centre;

@@ -7,7 +7,32 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Corners of the faces of a tetrahedron with positive volume, counter-clockwise seen from outside; face i is opposite to corner i.
-const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+pub const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+
+/// The tetrahedron on the other side of each face of each tetrahedron (m x 4), [`NO_NEIGHBOUR`] where there is none. Of three and more at a face the first two
+/// are neighbours.
+pub fn neighbours(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 4]> {
+    let mut all: Vec<([u32; 3], u32)> = Vec::with_capacity(4 * tetrahedra.len());
+    for (nodes, tetrahedron) in tetrahedra.iter().zip(0..) {
+        for (face, corners) in FACES.iter().zip(0..) {
+            let mut sorted = face.map(|corner| nodes[corner]);
+            sorted.sort_unstable();
+            all.push((sorted, 4 * tetrahedron + corners));
+        }
+    }
+    all.sort_unstable();
+    let mut neighbours = vec![[NO_NEIGHBOUR; 4]; tetrahedra.len()];
+    for group in all.chunk_by(|a, b| a.0 == b.0) {
+        if let [(_, a), (_, b), ..] = *group {
+            neighbours[a as usize / 4][a as usize % 4] = b / 4;
+            neighbours[b as usize / 4][b as usize % 4] = a / 4;
+        }
+    }
+    neighbours
+}
+
+/// In the place of a neighbour: the face is on the boundary.
+pub const NO_NEIGHBOUR: u32 = u32::MAX;
 
 /// Faces of one tetrahedron, counter-clockwise seen from outside, in the order of the tetrahedra (b x 3). Faces of two are inside, and `refuse` makes the error of
 /// two that are on the same side of it, and of three at a face.

@@ -21,6 +21,7 @@ mod vtk;
 mod words;
 mod write;
 
+pub use boundary::{FACES, NO_NEIGHBOUR, neighbours};
 pub use error::{TetMeshError, TetMeshProblem};
 pub use groups::Group;
 pub use notes::Note;

@@ -135,7 +135,7 @@ fn a_written_mesh_is_read_as_it_was() {
         for made in random_boxes(seed) {
             let mesh = parse(&made.bytes(TetFormat::Msh2)).unwrap();
             let mut out = Vec::new();
-            mesh.write_vtk(&vec![Vec3::new(1.0, -2.5e-20, 1e300); mesh.points.len()], &mut out).unwrap();
+            mesh.write_vtk(&vec![Vec3::new(1.0, -2.5e-20, 1e300); mesh.points.len()], None, &mut out).unwrap();
             let again = parse(&out).unwrap();
             assert_eq!(
                 (again.points, again.tetrahedra, again.quadratic),

@@ -2,15 +2,16 @@
 
 use super::TetMesh;
 use crate::geometry::Vec3;
+use std::fmt::Display;
 use std::io::{self, Write};
 
 impl TetMesh {
     /// Writes the mesh as a legacy VTK text file: nodes and elements, linear or quadratic, as in the file it was read from, in file units; a vector `displacement` of each node (n x 3, file units);
-    /// and the numbers of nodes and elements in that file.
+    /// and the numbers of nodes and elements in that file; with `failed` (m) also which elements have failed, 1, or else 0.
     ///
     /// # Errors
     /// What `out` says.
-    pub fn write_vtk(&self, displacement: &[Vec3], out: &mut impl Write) -> io::Result<()> {
+    pub fn write_vtk(&self, displacement: &[Vec3], failed: Option<&[u8]>, out: &mut impl Write) -> io::Result<()> {
         let (nodes, cells) = (self.points.len(), self.elements());
         write!(out, "# vtk DataFile Version 3.0\nmesh and displacement by pliant\nASCII\nDATASET UNSTRUCTURED_GRID\n")?;
         writeln!(out, "POINTS {nodes} double")?;
@@ -27,7 +28,8 @@ impl TetMesh {
         vectors(displacement, out)?;
         numbers("node", &self.node_number, out)?;
         writeln!(out, "CELL_DATA {cells}")?;
-        numbers("element", &self.element_number, out)
+        numbers("element", &self.element_number, out)?;
+        failed.map_or(Ok(()), |failed| numbers("failed", failed, out))
     }
 }
 
@@ -48,7 +50,7 @@ fn vectors(all: &[Vec3], out: &mut impl Write) -> io::Result<()> {
 }
 
 /// Writes whole numbers, one a line.
-fn numbers(name: &str, all: &[u64], out: &mut impl Write) -> io::Result<()> {
+fn numbers<T: Display>(name: &str, all: &[T], out: &mut impl Write) -> io::Result<()> {
     write!(out, "SCALARS {name} long 1\nLOOKUP_TABLE default\n")?;
     all.iter().try_for_each(|number| writeln!(out, "{number}"))
 }

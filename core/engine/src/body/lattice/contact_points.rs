@@ -73,7 +73,7 @@ impl Lattice {
             self.embed_cell(cell, nodes, model, skin)?;
         }
         let moved = corners.map(|n| nodes.x[n as usize] - nodes.rest[n as usize]);
-        for (i, &v) in self.points(cell)?.iter().enumerate() {
+        for (i, &v) in self.points(cell)?.iter().enumerate().filter(|(_, v)| !self.is_loose(**v)) {
             let weights = self.weights[first + i];
             let position = match is_nonlinear {
                 true => skin.x[v as usize],
@@ -90,7 +90,7 @@ impl Lattice {
         positions.clear();
         weights.clear();
         weights.resize(places.len(), [0.0; 8]);
-        self.weights_in(places, weights)?;
+        self.weights_in(cell, places, weights)?;
         if is_nonlinear {
             self.embed_places(cell, places, weights, nodes, positions)?;
         } else {

@@ -91,14 +91,18 @@ impl Lattice {
         self.region.cell_corners[cell as usize].map(|n| nodes.x[n as usize] - self.grid_rest(n))
     }
 
-    /// Writes the weights of rest positions (m, p x 3) at the corners of their cells to `weights` (p x 8).
+    /// Writes the weights of rest positions (m, p x 3) in an active cell at its corners to `weights` (p x 8).
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
-    pub fn weights_in(&mut self, places: &[Vec3], weights: &mut [[f64; 8]]) -> Result<(), LatticeError> {
+    pub fn weights_in(&mut self, cell: u32, places: &[Vec3], weights: &mut [[f64; 8]]) -> Result<(), LatticeError> {
         self.scratch.cells.resize(places.len(), 0);
         let cells = &mut self.scratch.cells[..places.len()];
-        Ok(self.source.weights(self.settings.level, cast_slice(places), cells, weights)?)
+        self.source.weights(self.settings.level, cast_slice(places), cells, weights)?;
+        if self.has_failed_cells() {
+            weights.iter_mut().zip(places).for_each(|(weights, place)| self.limit_weights(cell, *place, weights));
+        }
+        Ok(())
     }
 
     /// Appends to `out` the present positions (m) of rest positions (m, p x 3) in one active cell, with their trilinear weights (p x 8).
@@ -220,10 +224,11 @@ impl Lattice {
     /// # Errors
     /// Returns the error of the grid plugin.
     pub fn embed_point(&self, point: Vec3, nodes: &Nodes) -> Result<EmbeddedPoint, LatticeError> {
-        let located = self.locate(point)?;
+        let mut located = self.locate(point)?;
         let Some(cell) = self.cell_at(located.cell, point) else {
             return Ok(EmbeddedPoint { now: point, settled: point });
         };
+        self.limit_weights(cell as u32, point, &mut located.weights);
         if let Some(smooth) = &self.smooth {
             let weights = weights(&located.weights);
             let offset = smooth.rest_jets_of(&self.region, cell);
@@ -318,6 +323,12 @@ impl Lattice {
         self.weights.resize(first + scratch.places.len(), [0.0; 8]);
         let (places, cells) = (&scratch.places, &mut scratch.cells);
         self.source.weights(self.settings.level, cast_slice(places), cells, &mut self.weights[first..])?;
+        if self.has_failed_cells() {
+            let mut weights = std::mem::take(&mut self.weights);
+            let rows = weights[first..].iter_mut().zip(places.iter());
+            rows.for_each(|(weights, place)| self.limit_weights(cell, *place, weights));
+            self.weights = weights;
+        }
         self.weights_of[cell as usize] = first as u32;
         self.scratch = scratch;
         Ok(first)
@@ -370,6 +381,12 @@ impl Lattice {
         let result = self.source.weights(self.settings.level, cast_slice(places), &mut ids, weights);
         cells.clear();
         cells.extend(ids.iter().zip(places).map(|(id, place)| self.cell_at(*id, *place).map(|cell| cell as u32)));
+        if self.has_failed_cells() {
+            let found = cells.iter().zip(places).zip(weights.iter_mut());
+            found
+                .filter_map(|((cell, place), weights)| Some(((*cell)?, place, weights)))
+                .for_each(|(cell, place, weights)| self.limit_weights(cell, *place, weights));
+        }
         self.scratch.cells = ids;
         Ok(result?)
     }

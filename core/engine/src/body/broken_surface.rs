@@ -1,0 +1,200 @@
+//! The surface of a solid whose elements have failed: triangles of failed elements go, and faces that have come to light are added behind the others.
+//!
+//! What is shown follows from which elements have failed and not from the order in which they did: faces that have come to light are taken away
+//! and found anew at every change. Their vertices are nodes, or lie on edges between two.
+
+use super::lattice::EdgePlace;
+use super::{Body, Discretization, LatticeError, Samples};
+use pliant_plugin_api::abi;
+use pliant_solver::{ElementSet, Vec3};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Faces of a body that have come to light where elements have failed.
+#[derive(Clone, Debug, Default)]
+pub struct ExposedFaces {
+    /// Number of vertices of the body without those of the faces.
+    first_vertex: u32,
+    /// Corners of the triangles, counter-clockwise seen from outside, as vertices; they are the last of the body (f x 3).
+    triangles: Vec<[u32; 3]>,
+    /// Where the vertices of the faces are that the body had not before.
+    places: Vec<EdgePlace>,
+}
+
+impl ExposedFaces {
+    /// Corners of the triangles, counter-clockwise seen from outside, as vertices of the body (f x 3).
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Number of vertices of the body without those that are of these faces alone, which come behind them.
+    pub fn first_vertex(&self) -> Option<u32> {
+        (!self.triangles.is_empty()).then_some(self.first_vertex)
+    }
+
+    /// Vertices of the body that are of these faces alone.
+    pub(crate) fn vertices(&self) -> std::ops::Range<u32> {
+        self.first_vertex..self.first_vertex + self.places.len() as u32
+    }
+}
+
+impl Body {
+    /// Takes the faces away that have come to light, before the model changes otherwise or other elements have failed.
+    pub(super) fn withdraw_exposed_faces(&mut self) {
+        let ExposedFaces { first_vertex, triangles, .. } = std::mem::take(&mut self.failed_triangles.exposed);
+        if triangles.is_empty() {
+            return;
+        }
+        let known = self.model.surface.triangles.len();
+        let count = known - triangles.len();
+        Arc::make_mut(&mut self.model).truncate(first_vertex as usize, count);
+        let mut settled = std::mem::take(&mut self.skin.settled);
+        Arc::make_mut(&mut settled).truncate(first_vertex as usize);
+        self.skin.take_cut(&self.model, settled, &[], count as u32..known as u32);
+        // They are found anew with the next look at the elements.
+        self.failed_triangles.outdate();
+    }
+
+    /// Brings the surface of a solid up to date with the tetrahedra that have failed. Returns whether it has changed.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(super) fn update_broken_surface(&mut self) -> Result<bool, LatticeError> {
+        let can_fail = |set: &&ElementSet| set.request().kind == abi::TETRAHEDRON && set.has(abi::CAN_FAIL);
+        let Some(set) = self.system.sets.iter().find(can_fail) else { return Ok(false) };
+        let Discretization::Lattice(lattice) = &self.discretization else { return Ok(false) };
+        if !self.failed_triangles.take_changes(set.failed_changes()) || !lattice.lists_all_tetrahedra(set.nodes()) {
+            return Ok(false);
+        }
+        if set.failed_count() == 0 && self.failed_triangles.is_empty() && !lattice.has_failed_cells() {
+            return Ok(false);
+        }
+        self.withdraw_exposed_faces();
+        let Self { system, discretization: Discretization::Lattice(lattice), model, .. } = self else {
+            return Ok(false);
+        };
+        let Some(set) = system.sets.iter().find(can_fail) else { return Ok(false) };
+        self.failed_triangles.take_changes(set.failed_changes());
+        let mut broken = lattice.break_surface(set.nodes(), set.failed(), model)?;
+        broken.is_gone.resize(model.surface.triangles.len(), false);
+        let changed = self.failed_triangles.replace(broken.is_gone);
+        let (model, tree) = (Arc::make_mut(model), Arc::make_mut(&mut self.skin.tree));
+        for &t in &changed {
+            model.pages.mark(t);
+            match self.failed_triangles.contains(t) {
+                true => tree.remove(t),
+                false => tree.set(t, model.surface.triangles[t as usize].map(|v| self.skin.settled[v as usize])),
+            }
+        }
+        lattice.set_loose(Vec::new());
+        self.add_exposed_faces(&broken.exposed);
+        self.list_loose_vertices();
+        self.sample_broken_surface()?;
+        self.update_tints()?;
+        Ok(true)
+    }
+
+    /// Adds faces that have come to light behind the triangles of the body.
+    fn add_exposed_faces(&mut self, faces: &[([EdgePlace; 3], u32)]) {
+        let Discretization::Lattice(lattice) = &self.discretization else { return };
+        if faces.is_empty() {
+            return;
+        }
+        let (first_vertex, first_triangle) =
+            (self.model.surface.points.len() as u32, self.model.surface.triangles.len());
+        let vertex_of_node = lattice.vertices_of_nodes();
+        // By their bits, so that faces with a common edge have common vertices.
+        let mut known: BTreeMap<([u32; 2], u64), u32> = BTreeMap::new();
+        let mut places = Vec::new();
+        let mut vertex = |place: &EdgePlace| {
+            let of_node = vertex_of_node.get(place.nodes[0] as usize).copied().flatten();
+            if let Some(vertex) = of_node.filter(|_| place.nodes[0] == place.nodes[1]) {
+                return vertex;
+            }
+            *known.entry((place.nodes, place.share.to_bits())).or_insert_with(|| {
+                places.push(*place);
+                first_vertex + places.len() as u32 - 1
+            })
+        };
+        let triangles: Vec<[u32; 3]> =
+            faces.iter().map(|(corners, _)| [0, 1, 2].map(|i| vertex(&corners[i]))).collect();
+        let between =
+            |place: &EdgePlace, at: &dyn Fn(u32) -> Vec3| at(place.nodes[0]).lerp(&at(place.nodes[1]), place.share);
+        let points: Vec<Vec3> = places.iter().map(|place| between(place, &|n| lattice.grid_rest(n))).collect();
+        let nodes = &self.system.nodes;
+        let mut settled = std::mem::take(&mut self.skin.settled);
+        Arc::make_mut(&mut settled).extend(places.iter().map(|place| between(place, &|n| nodes.rest[n as usize])));
+        Arc::make_mut(&mut self.model).add_inner(&points, &triangles);
+        let new: Vec<u32> = (first_triangle as u32..self.model.surface.triangles.len() as u32).collect();
+        self.skin.take_cut(&self.model, settled, &new, 0..0);
+        self.failed_triangles.exposed = ExposedFaces { first_vertex, triangles, places };
+        self.embed_exposed_faces();
+    }
+
+    /// Lists the vertices all of whose triangles have failed.
+    fn list_loose_vertices(&mut self) {
+        let Self { model, failed_triangles, discretization: Discretization::Lattice(lattice), .. } = self else {
+            return;
+        };
+        let gone = (0..model.surface.triangles.len() as u32).filter(|t| failed_triangles.contains(*t));
+        let mut loose: Vec<u32> = gone.flat_map(|t| model.surface.triangles[t as usize]).collect();
+        loose.sort_unstable();
+        loose.dedup();
+        loose.retain(|v| model.around(*v).iter().all(|t| failed_triangles.contains(*t)));
+        lattice.set_loose(loose);
+    }
+
+    /// Pairs of vertices that tetrahedra which are left connect, where some have failed: of each part of them its first vertex with every other.
+    pub(super) fn vertices_of_one_part(&self) -> Vec<[u32; 2]> {
+        let left = self.discretization.lattice().and_then(super::Lattice::parts_left);
+        let Some((part_of, node_of_triangle)) = left else { return Vec::new() };
+        let (mut first_of, mut pairs) = (BTreeMap::new(), Vec::new());
+        let mut connect = |vertex: u32, node: u32| {
+            let first = *first_of.entry(part_of[node as usize]).or_insert(vertex);
+            if first != vertex {
+                pairs.push([first, vertex]);
+            }
+        };
+        for ((corners, node), t) in self.model.surface.triangles.iter().zip(&node_of_triangle).zip(0..) {
+            let node = node.filter(|_| !self.failed_triangles.contains(t));
+            node.iter().for_each(|node| corners.iter().for_each(|vertex| connect(*vertex, *node)));
+        }
+        let exposed = &self.failed_triangles.exposed;
+        exposed.vertices().zip(&exposed.places).for_each(|(vertex, place)| connect(vertex, place.nodes[0]));
+        pairs
+    }
+
+    /// Moves the vertices of faces that have come to light with their nodes.
+    pub(crate) fn embed_exposed_faces(&mut self) {
+        let (x, exposed) = (&self.system.nodes.x, &self.failed_triangles.exposed);
+        for (vertex, EdgePlace { nodes: [a, b], share }) in exposed.vertices().zip(&exposed.places) {
+            let place = x[*a as usize].lerp(&x[*b as usize], *share);
+            if self.skin.x[vertex as usize] != place {
+                self.skin.x[vertex as usize] = place;
+                self.skin.pages.mark(vertex);
+            }
+        }
+    }
+
+    /// Samples the surface anew, if it is sampled, without what has failed and with what has come to light.
+    fn sample_broken_surface(&mut self) -> Result<(), LatticeError> {
+        let Discretization::Lattice(lattice) = &self.discretization else { return Ok(()) };
+        if self.samples.is_empty() {
+            return Ok(());
+        }
+        let surface = &self.model.surface;
+        let left = (0..surface.triangles.len() as u32)
+            .filter(|t| !self.failed_triangles.contains(*t) && !self.model.is_lid(*t))
+            .map(|t| surface.triangles[t as usize].map(|v| surface.points[v as usize]));
+        let mut samples = match lattice.has_failed_cells() {
+            true => Samples::of_broken(left, lattice)?,
+            false => Samples::new(surface, lattice)?,
+        };
+        if lattice.has_cuts() {
+            let cells: Vec<u64> = lattice.cut_cells().collect();
+            samples.take_cut(&cells, &self.model, &self.skin, lattice)?;
+        }
+        self.samples = Arc::new(samples);
+        Ok(())
+    }
+}

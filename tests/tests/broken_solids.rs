@@ -1,0 +1,348 @@
+//! Surfaces of solids whose elements have failed (`pliant.failure/1`): what is gone goes, what has come to light is there, in pictures, files and contact.
+
+use pliant_engine::body::Body;
+use pliant_engine::session::{EventKind, Session};
+use pliant_mesh::geometry::Vec3;
+use pliant_mesh::testing::Random;
+use pliant_mesh::testing::tetrahedra::{TetBox, TetFormat};
+use pliant_mesh::{ObjDocument, Surface};
+use pliant_tests::{Bench, open_file};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// So strong that nothing fails but what a test has fail.
+const MATERIAL: &str = "material = { plugin = \"quasi-brittle\", params = { young = 1e6, strength = 1e8, fracture-energy = 1e9, damping-time = 5e-3 } }";
+
+/// A scene of one body that is simulated, with further lines of the body and of the scene.
+fn scene(body: &str, rest: &str) -> String {
+    format!(
+        "format = 1\n{rest}\n[time]\ndt = 1e-3\nintegrator = \"backward-euler\"\n[[body]]\nname = \"b\"\n{MATERIAL}\n{body}\n"
+    )
+}
+
+/// So little that it is none, but a body without a load is not simulated.
+const WEIGHTLESS: &str = "gravity = [0, 0, -1e-9]";
+
+/// Nothing moves.
+const HELD: &str = "fixed = [{ box = [[-9, -9, -9], [9, 9, 9]] }]";
+
+/// A session of a tetrahedral mesh, after a step.
+fn of_mesh(mesh: &TetBox, body: &str, rest: &str, threads: usize) -> Session {
+    let bench = Bench::new();
+    bench.write("box.vtk", mesh.bytes(TetFormat::Vtk));
+    let text = scene(&format!("mesh = \"box.vtk\"\n{body}"), rest);
+    let mut session = open_file(&bench.write("scene.toml", text), threads, None);
+    session.step();
+    session
+}
+
+/// A session of a box in a grid, of random size, place and mesh, after a step.
+fn in_grid(seed: u64, rest: &str) -> Session {
+    let mut random = Random(seed);
+    let size = [0, 1, 2].map(|_| 0.05 + 0.05 * random.unit());
+    let at = [0, 1, 2].map(|_| 0.02 * random.signed());
+    let (cells, level) = (8 + random.below(12), 4);
+    let text = scene(
+        &format!(
+            "shape = {{ kind = \"box\", cells = {cells}, size = {size:?} }}\nposition = {at:?}\ngrid = {{ level = {level}, region = \"whole\" }}"
+        ),
+        rest,
+    );
+    let mut session = open_file(&Bench::new().write("scene.toml", text), 1, None);
+    session.step();
+    session
+}
+
+/// Has all tetrahedra fail whose centroid at rest (m) is in a region, by giving them the history of complete damage, and steps once. Returns how many there are.
+fn fail(session: &mut Session, region: impl Fn(Vec3) -> bool) -> usize {
+    let system = &mut session.bodies[0].system;
+    let rest = &system.nodes.rest;
+    let set = system.sets.iter_mut().find(|set| !set.failed().is_empty()).expect("tetrahedra");
+    let mut history = set.history().to_vec();
+    let mut count = 0;
+    for (nodes, damage) in set.nodes().chunks(4).zip(&mut history) {
+        if region(nodes.iter().map(|node| rest[*node as usize]).sum::<Vec3>() / 4.0) {
+            *damage = 1.0;
+            count += 1;
+        }
+    }
+    set.set_history(&history);
+    session.step();
+    count
+}
+
+/// A few random boxes in the bounds of a body.
+fn random_boxes(body: &Body, random: &mut Random) -> Vec<[Vec3; 2]> {
+    let bounds = body.model.surface.bounds();
+    let size = bounds.max - bounds.min;
+    let count = 1 + random.below(3);
+    (0..count)
+        .map(|_| {
+            let middle = bounds.min + size.component_mul(&Vec3::from_fn(|_, _| random.unit()));
+            let half = size.component_mul(&Vec3::from_fn(|_, _| 0.05 + 0.25 * random.unit()));
+            [middle - half, middle + half]
+        })
+        .collect()
+}
+
+fn is_in(boxes: &[[Vec3; 2]], point: Vec3) -> bool {
+    boxes.iter().any(|[low, high]| (0..3).all(|i| (low[i]..=high[i]).contains(&point[i])))
+}
+
+/// Corners of the triangles that viewers draw, as vertices.
+fn drawn(body: &Body) -> Vec<[u32; 3]> {
+    (0..body.model.surface.triangles.len() as u32).filter_map(|t| Some(body.look(t)?.corners)).collect()
+}
+
+/// A point by its bits.
+fn bits(point: Vec3) -> [u64; 3] {
+    [0, 1, 2].map(|i| (point[i] + 0.0).to_bits())
+}
+
+/// Triangles as corners by their bits, each from its least corner on, sorted.
+fn by_bits(triangles: impl Iterator<Item = [Vec3; 3]>) -> Vec<[[u64; 3]; 3]> {
+    let mut all: Vec<_> = triangles
+        .map(|corners| {
+            let mut corners = corners.map(bits);
+            let least = (0..3).min_by_key(|i| corners[*i]).expect("three");
+            corners.rotate_left(least);
+            corners
+        })
+        .collect();
+    all.sort_unstable();
+    all
+}
+
+/// Faces of the tetrahedra that are left and belong to one of them, at rest, counter-clockwise seen from outside.
+fn boundary_left(body: &Body) -> Vec<[Vec3; 3]> {
+    let set = body.system.sets.iter().find(|set| !set.failed().is_empty()).expect("tetrahedra");
+    let mut faces: BTreeMap<[u32; 3], Vec<[u32; 3]>> = BTreeMap::new();
+    for (t, _) in set.nodes().chunks(4).zip(set.failed()).filter(|(_, failed)| **failed == 0) {
+        let [a, b, c, d] = [t[0], t[1], t[2], t[3]];
+        for face in [[b, c, d], [a, d, c], [a, b, d], [a, c, b]] {
+            let mut key = face;
+            key.sort_unstable();
+            faces.entry(key).or_default().push(face);
+        }
+    }
+    let rest = &body.system.nodes.rest;
+    faces.into_values().filter(|f| f.len() == 1).map(|f| f[0].map(|n| rest[n as usize])).collect()
+}
+
+/// Directed edges of triangles that have no partner in the other direction.
+fn open_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    let mut count: BTreeMap<[u32; 2], i32> = BTreeMap::new();
+    for t in triangles {
+        (0..3).for_each(|i| *count.entry([t[i], t[(i + 1) % 3]]).or_default() += 1);
+    }
+    let partners = |[a, b]: [u32; 2]| count.get(&[b, a]).copied().unwrap_or(0);
+    count.iter().filter(|(edge, n)| **n != partners(**edge)).map(|(edge, _)| *edge).collect()
+}
+
+/// The file of a body, and the surface in it.
+fn written(session: &mut Session) -> (Vec<u8>, Surface) {
+    session.update_surface();
+    let mut bytes = Vec::new();
+    pliant_record::write_model_to(&session.bodies[0], "fracture", &mut bytes).expect("written");
+    let document = ObjDocument::parse(bytes.clone(), Path::new("broken.obj")).expect("an OBJ file");
+    (bytes, Surface::from_document(&document))
+}
+
+/// Everything of a surface that is saved, drawn or met.
+type Shown = (Surface, Vec<Vec3>, Vec<[u32; 3]>, Vec<Vec3>);
+
+fn shown(session: &mut Session) -> Shown {
+    session.update_surface();
+    let body = &session.bodies[0];
+    let samples = body.samples.place.clone();
+    (body.model.surface.clone(), body.skin.settled.to_vec(), drawn(body), samples)
+}
+
+/// Area of the surface that is drawn, m^2, at rest.
+fn drawn_area(body: &Body, from: u32) -> f64 {
+    let corners = |t: [u32; 3]| t.map(|v| body.model.surface.points[v as usize]);
+    let triangles =
+        (from..body.model.surface.triangles.len() as u32).filter_map(|t| Some(corners(body.look(t)?.corners)));
+    triangles.map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum()
+}
+
+#[test]
+fn a_layer_of_cubes_that_fails_brings_both_sides_of_its_crack_to_light() {
+    for seed in 0..12 {
+        let mut session = in_grid(seed, WEIGHTLESS);
+        let before = shown(&mut session);
+        let bytes = written(&mut session).0;
+        let state = session.snapshot();
+        let body = &session.bodies[0];
+        let lattice = body.discretization.lattice().expect("a solid");
+        let (edge, origin) = (lattice.edge(), Vec3::from(lattice.facts.origin));
+        let bounds = body.model.surface.bounds();
+        let axis = seed as usize % 3;
+        // The layer of cubes in the middle, whose tetrahedra all fail.
+        let index = ((bounds.centre()[axis] - origin[axis]) / edge).floor();
+        let layer = |x: Vec3| ((x[axis] - origin[axis]) / edge).floor() == index;
+        assert!(fail(&mut session, layer) > 20);
+        let known = before.0.triangles.len() as u32;
+        let (surface, _, triangles, _) = shown(&mut session);
+        assert!(surface.triangles[..known as usize] == before.0.triangles, "{seed}");
+        let size = bounds.max - bounds.min;
+        let across: f64 = (0..3).filter(|i| *i != axis).map(|i| size[i]).product();
+        let area = drawn_area(&session.bodies[0], known);
+        // Between two edges of cubes that leave the body it ends in a straight line, and a corner of the body inside of
+        // one face of a tetrahedron is left out.
+        assert!((0.95..1.0 + 1e-9).contains(&(area / (2.0 * across))), "{seed}: {area} of {} m^2", 2.0 * across);
+        // What is drawn of the old surface has nothing in the layer.
+        let body = &session.bodies[0];
+        for corners in triangles.iter().map(|t| t.map(|v| surface.points[v as usize])) {
+            let [low, high] = [0.0, 1.0].map(|side| origin[axis] + (index + side) * edge);
+            let span = corners.iter().fold([f64::MAX, f64::MIN], |[l, h], x| [l.min(x[axis]), h.max(x[axis])]);
+            assert!(span[1] <= low + 1e-9 || span[0] >= high - 1e-9, "{seed}: {corners:?} in {low} to {high}");
+        }
+        assert_eq!(body.parts().iter().filter(|part| **part != pliant_mesh::NO_SHELL).max(), Some(&1), "two parts");
+        assert_eq!(written(&mut session).1.triangles.len(), triangles.len(), "{seed}");
+        session.restore(&state).expect("goes back");
+        assert!(shown(&mut session) == before && written(&mut session).0 == bytes, "{seed}: an undo brings all back");
+    }
+}
+
+/// Faces that have come to light meet each other, except along the surface of the file, and lie in the body.
+#[test]
+fn faces_that_come_to_light_in_a_grid_end_at_the_surface_alone() {
+    for seed in 0..12 {
+        let mut random = Random(100 + seed);
+        let mut session = in_grid(seed, WEIGHTLESS);
+        let known = session.bodies[0].model.surface.triangles.len();
+        let boxes = random_boxes(&session.bodies[0], &mut random);
+        let count = fail(&mut session, |point| is_in(&boxes, point));
+        let body = &session.bodies[0];
+        let (surface, bounds) = (&body.model.surface, body.model.surface.bounds());
+        let new = &surface.triangles[known..];
+        let left = open_edges(new).len();
+        assert!(count == 0 || new.len() > left, "{seed}: {count} have failed");
+        let at = |v: u32| surface.points[v as usize];
+        let beyond =
+            |x: Vec3| (0..3).map(|i| (bounds.min[i] - x[i]).max(x[i] - bounds.max[i])).fold(f64::MIN, f64::max);
+        let edge = body.discretization.edge();
+        assert!(new.iter().flatten().all(|v| beyond(at(*v)) < 1e-5 * edge), "{seed}: inside of the body");
+        for [a, b] in open_edges(new) {
+            let ends = [at(a), at(b)];
+            assert!(ends.iter().all(|end| beyond(*end) > -1e-5 * edge), "{seed}: an edge ends inside: {ends:?}");
+        }
+    }
+}
+
+#[test]
+fn the_surface_of_tetrahedra_is_the_boundary_of_those_left() {
+    let mut broken = 0;
+    for seed in 0..40 {
+        let mut random = Random(seed);
+        let mesh = TetBox::random(seed).shuffled(seed);
+        let mut session = of_mesh(&mesh, HELD, WEIGHTLESS, 1);
+        let before = shown(&mut session);
+        let bytes = written(&mut session).0;
+        let state = session.snapshot();
+        let boxes = random_boxes(&session.bodies[0], &mut random);
+        let count = fail(&mut session, |point| is_in(&boxes, point));
+        broken += usize::from(count > 0 && count < mesh.tetrahedra.len());
+        let (surface, settled, triangles, _) = shown(&mut session);
+        let body = &session.bodies[0];
+        let corners = triangles.iter().map(|t| t.map(|v| settled[v as usize]));
+        assert!(by_bits(corners) == by_bits(boundary_left(body).into_iter()), "{seed}: {count} have failed");
+        assert!(open_edges(&triangles).is_empty(), "{seed}: {:?}", open_edges(&triangles));
+        let known = before.0.triangles.len();
+        assert!(surface.triangles[..known] == before.0.triangles, "{seed}: what the body had keeps its numbers");
+        assert!(settled[..before.1.len()] == before.1, "{seed}: and its places");
+        // The file has what is drawn, and the rows it had before where they are still used.
+        let (text, file) = written(&mut session);
+        assert_eq!(file.triangles.len(), triangles.len(), "{seed}");
+        assert!(open_edges(&file.triangles).is_empty(), "{seed}: the file is closed");
+        let rows: BTreeSet<&[u8]> = bytes.split(|b| *b == b'\n').filter(|line| line.starts_with(b"v ")).collect();
+        let kept = text.split(|b| *b == b'\n').filter(|line| line.starts_with(b"v ") && rows.contains(line)).count();
+        let used: BTreeSet<u32> =
+            triangles.iter().flatten().filter(|v| (**v as usize) < before.1.len()).copied().collect();
+        assert!(count > 0 || text == bytes, "{seed}");
+        assert_eq!(kept, used.len(), "{seed}: rows that are used are as they were, and no others");
+        session.restore(&state).expect("goes back");
+        assert!(shown(&mut session) == before && written(&mut session).0 == bytes, "{seed}: an undo brings all back");
+    }
+    assert!(broken > 25, "{broken} of 40 were broken in part");
+}
+
+/// Largest force on a tool (N) and impulse of an obstacle (N s) that go down at two places of a block, then the force on the tool as it goes aside within it. The block may have failed
+/// around both places before, on a session of its own or on one that was broken and then taken back.
+fn crossed(is_in_grid: bool, radius: f64, is_broken: bool, is_undone: bool) -> [f64; 3] {
+    let size = [0.1, 0.1, 0.035];
+    let rest = format!(
+        r#"
+        {WEIGHTLESS}
+        [[device]]
+        name = "hand"
+        plugin = "scripted"
+        params = {{ path = [[0, 0.03, 0.05, 0.055], [0.02, 0.03, 0.05, 0.055], [0.06, 0.03, 0.05, 0.0175], [0.065, 0.03, 0.05, 0.0175], [0.11, 0.06, 0.05, 0.0175]] }}
+        [[tool]]
+        name = "tip"
+        device = "hand"
+        radius = {radius}
+        [[edit]]
+        kind = "touch"
+        tool = "tip"
+        [[obstacle]]
+        name = "ball"
+        shape = {{ kind = "sphere", radius = 0.006 }}
+        position = [0.07, 0.05, 0.055]
+        path = [[0, 0, 0, 0], [0.02, 0, 0, 0], [0.06, 0, 0, -0.0165]]
+        "#
+    );
+    let held = "fixed = [{ box = [[-1, -1, -1], [1e-3, 1, 1]] }, { box = [[0.099, -1, -1], [1, 1, 1]] }]";
+    let mut session = if is_in_grid {
+        let body = format!(
+            "shape = {{ kind = \"box\", cells = 20, size = {size:?} }}\nposition = [0.05, 0.05, 0.0175]\ngrid = {{ level = 5, region = \"whole\" }}\n{held}"
+        );
+        let mut session = open_file(&Bench::new().write("scene.toml", scene(&body, &rest)), 1, None);
+        session.step();
+        session
+    } else {
+        of_mesh(&TetBox::new([14, 14, 5], size, 0.0, 1), held, &rest, 1)
+    };
+    let whole = session.snapshot();
+    if is_broken {
+        let holes = |x: Vec3| [0.03, 0.07].iter().any(|at| (x.x - at).abs() < 0.0175 && (x.y - 0.05).abs() < 0.0175);
+        assert!(fail(&mut session, holes) > 50);
+        (0..3).for_each(|_| session.step());
+        assert!(session.events.count(EventKind::ElementsFailed) > 50);
+    }
+    if is_undone {
+        session.restore(&whole).expect("goes back");
+    }
+    let mut most = [0.0_f64; 3];
+    while session.time() < 0.11 {
+        session.step();
+        assert!(session.bodies[0].frozen.is_none(), "{:?}", session.bodies[0].frozen);
+        let (tip, ball) = (session.frame().tools[0].force.norm(), session.obstacles()[0].force.norm());
+        let phase = if session.time() < 0.063 { 0 } else { 2 };
+        most[phase] = most[phase].max(tip);
+        most[1] += 1e-3 * ball;
+    }
+    most
+}
+
+#[test]
+fn contact_meets_what_has_come_to_light_and_nothing_that_is_gone() {
+    for is_in_grid in [false, true] {
+        // Smaller than a cell, which meets triangles, and larger, which meets samples.
+        for radius in [0.003, 0.009] {
+            let what = format!("grid {is_in_grid}, {radius} m");
+            let [tip, ball, _] = crossed(is_in_grid, radius, false, false);
+            assert!(tip > 1e-3 && ball > 1e-3, "{what}: a whole block is met: {tip} N and {ball} N s");
+            let [tip_gone, ball_gone, aside] = crossed(is_in_grid, radius, true, false);
+            assert_eq!([tip_gone, ball_gone], [0.0; 2], "{what}: nothing is left there");
+            assert!(aside > 1e-3, "{what}: the side of the hole is met: {aside} N");
+            let [again, ball_again, _] = crossed(is_in_grid, radius, true, true);
+            let error = (again / tip - 1.0).abs().max((ball_again / ball - 1.0).abs());
+            assert!(
+                error < 0.05,
+                "{what}: {again} N and {ball_again} N s after an undo, {tip} N and {ball} N s before"
+            );
+        }
+    }
+}
