@@ -451,6 +451,14 @@ impl Opening<'_> {
         material: &Material,
     ) -> Result<Lattice, SessionError> {
         self.check_tetrahedra(scene, index, shared, (material, &cells.facts()))?;
+        if cells.corner_weights().is_some() && material.requests().iter().any(|r| r.flags & abi::CAN_FAIL != 0) {
+            let (id, name) = (&material.info().id, scene.name.get_ref());
+            let text = format!(
+                "material `{id}` of body `{name}` can fail, and its mesh has quadratic tetrahedra of 10 nodes, which cannot; allowed are tetrahedra \
+                 of 4 nodes (`gmsh -3 -order 1`)"
+            );
+            return Err(self.source.error(scene.material.plugin.span(), text).into());
+        }
         for note in cells.mesh().notes.iter().filter(|note| !note.is_doubtful()) {
             self.events.add(EventKind::Model, 0.0, || format!("body `{}`: {note}", scene.name.get_ref()));
         }
