@@ -15,10 +15,10 @@ import pliant
 from .editing import SETTLE, TOOL, MeshEdit, button_of, edit_kinds, felt_button
 
 
-# Way of a mesh from one frame to the next, over its size, at which it counts as at rest.
-REST = 1e-4
+# Speed of a mesh, its sizes in a second of the session, at which it counts as at rest: a ten-thousandth of its size in a frame of 60 Hz.
+REST_SPEED = 6e-3
 # s, after which a stroke is finished although the mesh still moves.
-LONGEST_REST = 0.5
+LONGEST_REST = 2.0
 
 
 @dataclass(frozen=True)
@@ -93,6 +93,8 @@ class DeviceStrokes:
         self._start = 0.0
         # s, since when nothing has been touched after a stroke
         self._away: float | None = None
+        # s, of the session at the frame before
+        self._last = 0.0
         self.state = self._hand.state
 
     @property
@@ -135,9 +137,12 @@ class DeviceStrokes:
             self._phase = _Phase.TOUCHING
         if self._phase is _Phase.TOUCHING:
             now, touches = self._hand.time, self._hand.tool(TOOL).contact is not None
+            # In slow motion a frame is a small part of one.
+            is_at_rest = moved <= REST_SPEED * (now - self._last) and now > self._last
+            self._last = now
             self._away = None if touches else now if self._away is None else self._away
             away = 0.0 if self._away is None else now - self._away
-            if self._edit.is_cut() or away >= LONGEST_REST or (away >= SETTLE and moved <= REST):
+            if self._edit.is_cut() or away >= LONGEST_REST or (away >= SETTLE and is_at_rest):
                 return self.finish()
         return finished
 

@@ -204,8 +204,9 @@ class Editing:
             if start is not None:
                 edit.keep_stroke(start, edit.session.time)
             is_stroke = is_cut or start is not None
-            # What was felt has sprung back, up to its last motion; cloth may stay where it was pushed.
-            is_step = is_stroke or self._differs(mesh_io.to_object(obj, edit.positions()))
+            # What was felt of a solid springs back, whatever motion is left; cloth may stay where it was pushed.
+            is_cloth = self._settings.fabric is not None
+            is_step = is_stroke or (is_cloth and self._differs(mesh_io.to_object(obj, edit.positions())))
         else:
             is_cut = edit.end()
         self.tool = None

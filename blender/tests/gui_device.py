@@ -23,8 +23,8 @@ import addon_utils  # noqa: E402
 from device_user import DeviceUser, is_free, thread_names  # noqa: E402
 
 RESULT: dict = {}
-# Coordinates of a cube of 2 m that are the same but for the last motion of what was felt, m.
-NEAR = 2e-3
+# Coordinates of a cube of 0.2 m that are the same but for the last motion of what was felt, m.
+NEAR = 2e-4
 HAPTIC_THREADS = {"haptic", "watchdog", "pliant-live"}
 
 
@@ -46,7 +46,7 @@ def prepare(user) -> None:
     given.params["address"].value, given.params["hold"].value = user.address, "3600"
     bpy.ops.object.select_all(action="SELECT")
     bpy.ops.object.delete()
-    bpy.ops.mesh.primitive_cube_add(size=2.0)
+    bpy.ops.mesh.primitive_cube_add(size=0.2)
     obj = bpy.context.active_object
     obj.name = "cube"
     bpy.ops.object.mode_set(mode="EDIT")
@@ -103,7 +103,7 @@ def play():
     space.region_3d.view_perspective = "ORTHO"
     # From above and a little in front, so that the arrow is seen.
     space.region_3d.view_rotation = (math.cos(0.125), math.sin(0.125), 0.0, 0.0)
-    space.region_3d.view_distance = 6.0
+    space.region_3d.view_distance = 0.6
     space.shading.type = "SOLID"
     space.shading.show_cavity = True
     user.send([0, 0, 0.0])
