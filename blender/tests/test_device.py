@@ -240,6 +240,10 @@ def test_a_file_saved_in_mid_stroke_has_the_stroke_and_the_device_is_closed(empt
     flat = np.empty(3 * len(after), dtype=np.float32)
     into.meshes[0].vertices.foreach_get("co", flat)
     assert np.array_equal(flat.reshape(-1, 3), after)
+    # The stroke is baked to the byte: what was felt before it is made again too.
+    take = empty.bake.last_take()
+    again = list(take.recording.shapes(1 / 24))[-1]
+    assert np.abs(empty.mesh_io.transformed(take.inverse, again) - after).max() <= 2e-8
     # The mode goes on with the next frame, in the same session.
     session = editing.edit.session
     hand.start()
