@@ -8,7 +8,7 @@ import numpy as np
 import pliant
 
 from .gesture import Gesture, Hit, Ray, Stroke, gesture_of
-from .recording import RecordedStroke, Recording, joined, without_console
+from .recording import RecordedStroke, Recording, joined, poses_of, without_console
 
 BODY = "mesh"
 TOOL = "hand"
@@ -353,7 +353,8 @@ class MeshEdit:
         if live is None:
             return False
         self.keep_poses(live.take_poses())
-        live.stop()
+        # Those of steps in between.
+        self.keep_poses(poses_of(live.stop()))
         self._settle()
         return len(self.session.triangles(BODY)) != self.triangles
 

@@ -84,6 +84,17 @@ def sampled_steps(stroke: RecordedStroke, interval: float) -> list[int]:
     return [*(stroke.start + round(index * interval) for index in range(1, count)), stroke.rest]
 
 
+def poses_of(used: list[pliant.UsedPose]) -> pliant.Poses:
+    """Poses one by one as arrays."""
+    return pliant.Poses(
+        np.array([pose.time for pose in used]),
+        np.array([pose.tool for pose in used], dtype=np.str_),
+        np.array([pose.position for pose in used], dtype=np.float64).reshape(-1, 3),
+        np.array([pose.rotation for pose in used], dtype=np.float64).reshape(-1, 4),
+        np.array([pose.buttons for pose in used], dtype=np.uint32),
+    )
+
+
 def joined(parts: list[pliant.Poses]) -> pliant.Poses:
     """Poses one after the other; there is at least one part."""
     names = ("time", "tool", "position", "rotation", "buttons")
