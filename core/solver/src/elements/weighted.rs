@@ -162,38 +162,36 @@ impl Work for Stiffness<'_> {
     fn on(self, _: impl Lanes) {
         self.out.as_flattened_mut().fill([0.0; 12]);
         for (part, blocks) in self.parts.iter().zip(self.blocks) {
+            // Blocks of all pairs of corners, also of those below the diagonal.
+            let mut all = [[[0.0; 9]; 4]; 4];
+            let pairs = (0..4).flat_map(|i| (i..4).map(move |j| (i, j)));
+            for ((i, j), block) in pairs.zip(blocks) {
+                all[j][i] = std::array::from_fn(|entry| block[3 * (entry % 3) + entry / 3]);
+                all[i][j] = *block;
+            }
             // K W: row and entry of each corner, by node.
             let mut product = [[[0.0; 12]; 9]; 4];
-            let mut pair = 0;
-            for i in 0..4 {
-                for j in i..4 {
-                    let block = &blocks[pair];
-                    pair += 1;
-                    for entry in 0..9 {
-                        for node in 0..12 {
-                            product[i][entry][node] += block[entry] * part.by_corner[j][node];
-                        }
-                    }
-                    if i == j {
-                        continue;
-                    }
-                    for entry in 0..9 {
-                        let turned = block[3 * (entry % 3) + entry / 3];
-                        for node in 0..12 {
-                            product[j][entry][node] += turned * part.by_corner[i][node];
-                        }
+            let [w0, w1, w2, w3] = &part.by_corner;
+            for (product, [k0, k1, k2, k3]) in product.iter_mut().zip(&all) {
+                for entry in 0..9 {
+                    for node in 0..12 {
+                        product[entry][node] =
+                            k0[entry] * w0[node] + k1[entry] * w1[node] + k2[entry] * w2[node] + k3[entry] * w3[node];
                     }
                 }
             }
             // W^T (K W), of nodes from `a` on, by four.
             for (a, out) in self.out.iter_mut().enumerate() {
-                let [w, x, y, z] = part.by_node[a];
+                let [w0, w1, w2, w3] = part.by_node[a];
                 for entry in 0..9 {
-                    for b in a / 4 * 4..12 {
-                        out[entry][b] += w * product[0][entry][b]
-                            + x * product[1][entry][b]
-                            + y * product[2][entry][b]
-                            + z * product[3][entry][b];
+                    let rows = [0, 1, 2, 3].map(|corner| product[corner][entry].as_chunks::<4>().0);
+                    for (four, out) in out[entry].as_chunks_mut::<4>().0.iter_mut().enumerate().skip(a / 4) {
+                        for (lane, sum) in out.iter_mut().enumerate() {
+                            *sum += w0 * rows[0][four][lane]
+                                + w1 * rows[1][four][lane]
+                                + w2 * rows[2][four][lane]
+                                + w3 * rows[3][four][lane];
+                        }
                     }
                 }
             }
