@@ -134,3 +134,18 @@ fn an_element_of_a_stencil_has_the_shape_of_its_tetrahedron() {
         assert!((centre - corners.iter().sum::<Vec3>() / 4.0).norm() < 1e-14);
     }
 }
+
+#[test]
+fn shares_of_the_mass_are_those_of_the_diagonal_of_the_consistent_matrix() {
+    // Means of powers of barycentric coordinates over a tetrahedron: 3! a! b! / (a + b + 3)!.
+    let factorial = |n: u32| (1..=n).product::<u32>();
+    let mean = |a: u32, b: u32| f64::from(6 * factorial(a) * factorial(b)) / f64::from(factorial(a + b + 3));
+    // Shape functions: L (2 L - 1) of a corner and 4 L M of the middle of an edge.
+    let corner = 4.0 * mean(4, 0) - 4.0 * mean(3, 0) + mean(2, 0);
+    let middle = 16.0 * mean(2, 2);
+    let sum = 4.0 * corner + 6.0 * middle;
+    for (node, share) in CornerWeights::MASS_SHARES.into_iter().enumerate() {
+        let diagonal = if node < 4 { corner } else { middle };
+        assert!((share - diagonal / sum).abs() < 1e-15, "node {node}");
+    }
+}
