@@ -416,3 +416,21 @@ def test_a_session_that_a_device_leads_steps_without_the_interpreter(user):
                 sum(range(20000))
             hand.wait(hand.wait(), 20.0)
             assert hand.time > start
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_a_fork_leaves_the_device_to_its_parent(user):
+    with pliant.Session(model()) as session:
+        with session.hand().follow("pointer", user.params) as hand:
+            user.go(hand, [0, 0, 0.09])
+            child = os.fork()
+            if child == 0:
+                try:
+                    hand.stop()
+                except pliant.PliantError as error:
+                    os._exit(0 if error.kind == "closed" and "fork" in str(error) else 1)
+                os._exit(2)
+            assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+            user.go(hand, [0, 0, 0.08])
+            assert hand.is_alive and hand.state.status == "ready"
