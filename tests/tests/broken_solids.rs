@@ -268,6 +268,69 @@ fn the_surface_of_tetrahedra_is_the_boundary_of_those_left() {
     assert!(broken > 25, "{broken} of 40 were broken in part");
 }
 
+/// What is shown follows from which elements have failed, in whatever order and on however many threads.
+#[test]
+fn neither_the_order_of_failures_nor_threads_are_in_the_surface() {
+    for seed in 0..8 {
+        let mesh = TetBox::random(seed).shuffled(seed);
+        let results = [(1, false), (3, false), (1, true)].map(|(threads, is_in_turn)| {
+            let mut session = of_mesh(&mesh, HELD, WEIGHTLESS, threads);
+            let (mut random, body) = (Random(seed), &session.bodies[0]);
+            let [first, second] = [0, 1].map(|_| random_boxes(body, &mut random));
+            let is_first = |x: Vec3| is_in(&first, x);
+            let is_any = |x: Vec3| is_first(x) || is_in(&second, x);
+            if is_in_turn {
+                fail(&mut session, is_first);
+            }
+            fail(&mut session, is_any);
+            (shown(&mut session), written(&mut session).0)
+        });
+        assert!(results[0] == results[1], "{seed}: threads");
+        assert!(results[0] == results[2], "{seed}: order");
+    }
+}
+
+/// A piece that comes free falls as a stone does, and what is held stays; both are parts of their own.
+#[test]
+fn free_pieces_fall() {
+    for is_in_grid in [false, true] {
+        let rest = "gravity = [0, 0, -9.81]";
+        let held = "fixed = [{ box = [[-1, -1, -1], [1e-3, 1, 1]] }]";
+        let mut session = if is_in_grid {
+            let body = format!(
+                "shape = {{ kind = \"box\", cells = 20, size = [0.1, 0.04, 0.04] }}\nposition = [0.05, 0.02, 0.02]\ngrid = {{ level = 5, region = \"whole\" }}\n{held}"
+            );
+            let mut session = open_file(&Bench::new().write("scene.toml", scene(&body, rest)), 1, None);
+            session.step();
+            session
+        } else {
+            of_mesh(&TetBox::new([10, 4, 4], [0.1, 0.04, 0.04], 0.0, 1), held, rest, 1)
+        };
+        assert!(fail(&mut session, |x| (x.x - 0.055).abs() < 0.008) > 50);
+        let start = session.time();
+        let before = session.bodies[0].system.nodes.x.clone();
+        let speed: Vec<Vec3> = session.bodies[0].system.nodes.v.clone();
+        while session.time() < start + 0.1 - 1e-9 {
+            session.step();
+        }
+        let nodes = &session.bodies[0].system.nodes;
+        let mean = |range: [f64; 2]| {
+            let those: Vec<usize> =
+                (0..nodes.len()).filter(|i| (range[0]..range[1]).contains(&nodes.rest[*i].x)).collect();
+            let mass: f64 = those.iter().map(|i| nodes.mass[*i]).sum();
+            let fallen = |i: &usize| nodes.mass[*i] / mass * (nodes.x[*i].z - before[*i].z - 0.1 * speed[*i].z);
+            those.iter().map(fallen).sum::<f64>()
+        };
+        // Backward Euler falls by g t (t + dt) / 2.
+        let expected = -9.81 * 0.1 * (0.1 + 1e-3) / 2.0;
+        let (free, held) = (mean([0.07, 1.0]), mean([-1.0, 0.04]));
+        assert!((free / expected - 1.0).abs() < 1e-3, "grid {is_in_grid}: {free} of {expected} m");
+        assert!(held.abs() < 0.02 * expected.abs(), "grid {is_in_grid}: {held} m");
+        let parts = session.bodies[0].parts();
+        assert_eq!(parts.iter().filter(|part| **part != pliant_mesh::NO_SHELL).max(), Some(&1), "grid {is_in_grid}");
+    }
+}
+
 /// Largest force on a tool (N) and impulse of an obstacle (N s) that go down at two places of a block, then the force on the tool as it goes aside within it. The block may have failed
 /// around both places before, on a session of its own or on one that was broken and then taken back.
 fn crossed(is_in_grid: bool, radius: f64, is_broken: bool, is_undone: bool) -> [f64; 3] {

@@ -6,7 +6,7 @@ use pliant_engine::session::{Session, WarningCode};
 use pliant_mesh::testing::tetrahedra::{TetBox, TetFormat};
 use pliant_solver::StepTime;
 use pliant_tests::pulling::pull_apart;
-use pliant_tests::{Bench, open_file};
+use pliant_tests::{Bench, open_file, root};
 
 /// m
 const LENGTH: f64 = 0.04;
@@ -125,4 +125,28 @@ fn elements_too_wide_for_their_fracture_energy_are_told() {
         assert_eq!(told.len(), usize::from(is_told), "{energy} J/m^2: {told:?}");
         assert!(told.iter().all(|text| text.contains("128 of 128 triangles")), "{told:?}");
     }
+}
+
+/// The shipped scene of a bar that snaps: on any number of threads the same bytes, its recording verifies, and both parts are files.
+#[test]
+fn a_bar_that_snaps_has_the_same_bytes_on_any_number_of_threads() {
+    let bench = Bench::new();
+    let scene = root().join("scenes/snap.toml").display().to_string();
+    let run = |threads: &str, more: &[&str]| {
+        let set = ["--set", "output.parts=\"files\"", "--threads", threads, "--out", "out"];
+        bench.pliant(&[&["run", &scene, "-q"], &set[..], more].concat()).expect(0);
+        ["final.obj", "final.vtk"].map(|name| bench.read(&format!("out/{name}")))
+    };
+    let one = run("1", &["--record", "snap.rec"]);
+    let names = bench.names("out");
+    assert_eq!(names.iter().filter(|name| name.contains("-part-")).count(), 2, "{names:?}");
+    let text = String::from_utf8(one[0].clone()).expect("text");
+    let (before, new) = text.split_once("usemtl fracture\n").expect("faces that have come to light");
+    let faces = |text: &str| text.lines().filter(|line| line.starts_with("f ")).count();
+    assert!(faces(new) > 30 && faces(before) > 700, "{} and {}", faces(before), faces(new));
+    let text = String::from_utf8_lossy(&one[1]);
+    let (_, failed) = text.split_once("SCALARS failed long 1\nLOOKUP_TABLE default\n").expect("which have failed");
+    assert!(failed.lines().filter(|line| *line == "1").count() > 20 && failed.lines().count() == 1536);
+    assert!(one == run("3", &[]), "threads");
+    bench.pliant(&["replay", "snap.rec", "--verify", "--out", "again"]).expect(0);
 }

@@ -8,6 +8,8 @@ use pliant_mesh::{ObjDocument, Placement, Surface};
 use std::io::{self, Write};
 use std::path::Path;
 
+/// Group and material of faces that have come to light where the scene has no cut that names one.
+const EXPOSED: &str = "fracture";
 /// Row of a vertex that the file does not have.
 pub(crate) const NO_ROW: u32 = u32::MAX;
 
@@ -90,7 +92,7 @@ impl<'a> ModelShape<'a> {
     /// Writes the OBJ document. Lines of vertices that have not moved, and all other lines, stay byte for byte; normals rotate with the faces
     /// around them. Faces all of whose triangles have failed are left out, of a face that a cut has divided the pieces that have failed, and with
     /// them vertices that no other face uses. Faces that a cut has made inside of the body, or that elements which have failed have brought to light, get the OBJ
-    /// material `cap_material`; those of failed elements come last, with their vertices before them.
+    /// material `cap_material`, or `fracture` if that is empty; those of failed elements come last, with their vertices before them.
     ///
     /// # Errors
     /// Fails for a vertex that cannot be written and with the errors of `out`.
@@ -148,7 +150,8 @@ impl<'a> ModelShape<'a> {
                 next += 1;
             }
         }
-        writeln!(out, "usemtl {cap_material}")?;
+        let name = if cap_material.is_empty() { EXPOSED } else { cap_material };
+        write!(out, "g {name}\nusemtl {name}\n")?;
         for corners in triangles {
             let [a, b, c] = corners.map(|vertex| row_of[vertex as usize] + 1);
             writeln!(out, "f {a} {b} {c}")?;
