@@ -212,10 +212,11 @@ fn faces_that_come_to_light_in_a_grid_end_at_the_surface_alone() {
         let mut random = Random(100 + seed);
         let mut session = in_grid(seed, WEIGHTLESS);
         let known = session.bodies[0].model.surface.triangles.len();
+        let bounds = session.bodies[0].model.surface.bounds();
         let boxes = random_boxes(&session.bodies[0], &mut random);
         let count = fail(&mut session, |point| is_in(&boxes, point));
         let body = &session.bodies[0];
-        let (surface, bounds) = (&body.model.surface, body.model.surface.bounds());
+        let surface = &body.model.surface;
         let new = &surface.triangles[known..];
         let left = open_edges(new).len();
         assert!(count == 0 || new.len() > left, "{seed}: {count} have failed");

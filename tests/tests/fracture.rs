@@ -143,7 +143,7 @@ fn a_bar_that_snaps_has_the_same_bytes_on_any_number_of_threads() {
     let text = String::from_utf8(one[0].clone()).expect("text");
     let (before, new) = text.split_once("usemtl fracture\n").expect("faces that have come to light");
     let faces = |text: &str| text.lines().filter(|line| line.starts_with("f ")).count();
-    assert!(faces(new) > 30 && faces(before) > 700, "{} and {}", faces(before), faces(new));
+    assert!(faces(new) > 30 && (500..560).contains(&faces(before)), "{} and {}", faces(before), faces(new));
     let text = String::from_utf8_lossy(&one[1]);
     let (_, failed) = text.split_once("SCALARS failed long 1\nLOOKUP_TABLE default\n").expect("which have failed");
     assert!(failed.lines().filter(|line| *line == "1").count() > 20 && failed.lines().count() == 1536);
