@@ -178,7 +178,7 @@ impl Drop for TestInstance {
                 destroy(self.plugin);
             }
         }
-        debug_assert!(!self.host.data.is_null());
+        assert!(!self.host.data.is_null());
         self.host.data = core::ptr::null_mut::<c_void>();
     }
 }

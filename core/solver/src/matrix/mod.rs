@@ -133,7 +133,7 @@ impl Matrix {
     fn list_lower(&mut self, n: usize) {
         let mut count = vec![0_usize; n + 1];
         for UpperBlock { row, column, .. } in self.upper_blocks() {
-            debug_assert!(row < column);
+            assert!(row < column);
             count[column as usize] += 1;
         }
         self.lower_row.clear();
