@@ -64,7 +64,7 @@ impl TooWide {
         let [width, largest] = self.worst;
         (self.too_wide > 0).then(|| {
             format!(
-                "{} of {} {elements} are too wide for their fracture energy and fail at once, taking more: up to {width:.3e} m, allowed \
+                "{} of {} {elements} are too wide for their fracture energy: a crack across their longest side fails them at once and takes more; up to {width:.3e} m, allowed \
                  {largest:.3e} m (2 fracture-energy young / strength^2); refine, or lower strength",
                 self.too_wide, self.count
             )

@@ -410,3 +410,90 @@ fn contact_meets_what_has_come_to_light_and_nothing_that_is_gone() {
         }
     }
 }
+
+/// A block that is held at two ends and has failed across its middle, at whose broken side a tool makes an edit from 20 to 60 ms.
+fn edited(is_in_grid: bool, edit: &str, seed: u64) -> Session {
+    let size = [0.1, 0.1, 0.035];
+    let rest = format!(
+        r#"
+        {WEIGHTLESS}
+        [[device]]
+        name = "hand"
+        plugin = "scripted"
+        params = {{ path = [[0, 0.03, 0.05, 0.055], [0.02, 0.03, 0.05, 0.055], [0.05, 0.036, 0.05, 0.04], [0.1, 0.036, 0.05, 0.055]] }}
+        [[tool]]
+        name = "tip"
+        device = "hand"
+        radius = 0.009
+        [[edit]]
+        {edit}
+        tool = "tip"
+        radius = 0.02
+        start = 0.02
+        end = 0.06
+        "#
+    );
+    let rest = if edit.contains("touch") { rest.replace("radius = 0.02\n", "\n") } else { rest };
+    let held = "fixed = [{ box = [[-1, -1, -1], [1e-3, 1, 1]] }, { box = [[0.099, -1, -1], [1, 1, 1]] }]";
+    let mut session = if is_in_grid {
+        let body = format!(
+            "shape = {{ kind = \"box\", cells = 20, size = {size:?} }}\nposition = [0.05, 0.05, 0.0175]\ngrid = {{ level = 5, region = \"whole\" }}\n{held}"
+        );
+        let mut session = open_file(&Bench::new().write("scene.toml", scene(&body, &rest)), 1, None);
+        session.step();
+        session
+    } else {
+        of_mesh(&TetBox::new([14, 14, 5], size, 0.1, seed).shuffled(seed), held, &rest, 1)
+    };
+    assert!(fail(&mut session, |x| (x.x - 0.05).abs() < 0.006) > 50);
+    while session.time() < 0.09 {
+        session.step();
+        assert!(session.bodies[0].frozen.is_none(), "{edit}: {:?}", session.bodies[0].frozen);
+    }
+    session
+}
+
+/// What has failed stays so: an edit that keeps the shape would join its pieces, so the shape springs back and an event says why.
+#[test]
+fn the_shape_of_what_has_failed_is_not_kept() {
+    for is_in_grid in [false, true] {
+        let session = edited(is_in_grid, "kind = \"touch\"\nrelease = \"keep\"", 1);
+        let body = &session.bodies[0];
+        assert_eq!(session.events.count(EventKind::NotKept), 1, "grid {is_in_grid}");
+        assert!(body.system.failed_count() > 50 && !body.failed_triangles.exposed().triangles().is_empty());
+        assert_eq!(body.parts().iter().filter(|part| **part != pliant_mesh::NO_SHELL).max(), Some(&1));
+    }
+}
+
+/// Edits of the shape at rest take faces along that have come to light.
+#[test]
+fn the_shape_at_rest_of_what_has_failed_can_be_edited() {
+    for (kind, seed) in ["inflate", "grow", "smooth", "relax"].into_iter().zip(1..) {
+        for is_in_grid in [false, true] {
+            let mut session = edited(is_in_grid, &format!("kind = \"{kind}\""), seed);
+            let (_, settled, triangles, _) = shown(&mut session);
+            let body = &session.bodies[0];
+            let what = format!("{kind}, grid {is_in_grid}");
+            assert!(body.system.failed_count() > 50, "{what}");
+            let exposed = body.failed_triangles.exposed();
+            assert!(
+                !exposed.triangles().is_empty()
+                    && settled.iter().chain(&body.skin.x).all(|p| p.iter().all(|c| c.is_finite())),
+                "{what}"
+            );
+            if !is_in_grid {
+                let corners = triangles.iter().map(|t| t.map(|v| settled[v as usize]));
+                assert!(
+                    by_bits(corners) == by_bits(boundary_left(body).into_iter()),
+                    "{what}: faces are at their nodes"
+                );
+            }
+            // What is gone stays out of searches.
+            for t in (0..body.model.surface.triangles.len() as u32).filter(|t| body.failed_triangles.contains(*t)) {
+                let centre =
+                    body.model.surface.triangles[t as usize].map(|v| settled[v as usize]).iter().sum::<Vec3>() / 3.0;
+                body.skin.tree.near(centre, 1e-9, |found| assert_ne!(found, t, "{what}"));
+            }
+        }
+    }
+}

@@ -27,7 +27,7 @@ impl ExposedFaces {
         &self.triangles
     }
 
-    /// Number of vertices of the body without those that are of these faces alone, which come behind them.
+    /// The first vertex of the body that is of these faces alone; they are the last ones. `None` where no face has come to light.
     pub fn first_vertex(&self) -> Option<u32> {
         (!self.triangles.is_empty()).then_some(self.first_vertex)
     }
@@ -63,10 +63,11 @@ impl Body {
         let can_fail = |set: &&ElementSet| set.request().kind == abi::TETRAHEDRON && set.has(abi::CAN_FAIL);
         let Some(set) = self.system.sets.iter().find(can_fail) else { return Ok(false) };
         let Discretization::Lattice(lattice) = &self.discretization else { return Ok(false) };
-        if !self.failed_triangles.take_changes(set.failed_changes()) || !lattice.lists_all_tetrahedra(set.nodes()) {
+        if !lattice.lists_all_tetrahedra(set.nodes()) || !self.failed_triangles.take_changes(set.failed_changes()) {
             return Ok(false);
         }
-        if set.failed_count() == 0 && self.failed_triangles.is_empty() && !lattice.has_failed_cells() {
+        let shows_failure = lattice.has_failed_cells() || !self.failed_triangles.is_empty();
+        if set.failed_count() == 0 && !shows_failure && self.failed_triangles.exposed.triangles.is_empty() {
             return Ok(false);
         }
         self.withdraw_exposed_faces();
@@ -81,11 +82,13 @@ impl Body {
         let (model, tree) = (Arc::make_mut(model), Arc::make_mut(&mut self.skin.tree));
         for &t in &changed {
             model.pages.mark(t);
-            match self.failed_triangles.contains(t) {
-                true => tree.remove(t),
-                false => tree.set(t, model.surface.triangles[t as usize].map(|v| self.skin.settled[v as usize])),
+            if !self.failed_triangles.contains(t) && !model.is_lid(t) {
+                tree.set(t, model.surface.triangles[t as usize].map(|v| self.skin.settled[v as usize]));
             }
         }
+        // All of them: where the shape at rest has changed, those that had failed before are in the tree again.
+        let gone = (0..model.surface.triangles.len() as u32).filter(|t| self.failed_triangles.contains(*t));
+        gone.for_each(|t| tree.remove(t));
         lattice.set_loose(Vec::new());
         self.add_exposed_faces(&broken.exposed);
         self.list_loose_vertices();

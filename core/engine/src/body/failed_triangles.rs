@@ -9,6 +9,15 @@ use pliant_plugin_api::abi;
 use pliant_solver::{ElementSet, System};
 use std::sync::Arc;
 
+/// What failure has changed of a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FailureChange {
+    /// How many more elements have failed.
+    pub elements: usize,
+    /// Whether triangles of a solid have gone, come back or come to light.
+    pub surface: bool,
+}
+
 /// The triangles of a body that have failed.
 #[derive(Clone, Debug, Default)]
 pub struct FailedTriangles {
@@ -40,12 +49,12 @@ impl FailedTriangles {
         &self.exposed
     }
 
-    /// Whether the elements' list has changed since the last call, of whose changes the number is given.
+    /// Whether the elements have changed since the last call: `changes` counts all changes so far.
     pub(super) fn take_changes(&mut self, changes: u64) -> bool {
         std::mem::replace(&mut self.changes, changes) != changes
     }
 
-    /// Has the triangles be found anew with the next look at the elements.
+    /// Marks the triangles as out of date: the next [`Body::update_failed_triangles`] finds them anew.
     pub(super) fn outdate(&mut self) {
         self.changes = u64::MAX;
     }
@@ -86,19 +95,19 @@ impl Body {
         format!("{failed} of {all} elements; {fate}")
     }
 
-    /// Brings the triangles that have failed up to date with the elements, and marks those that have changed for viewers. Returns how many more elements
-    /// have failed than at the last call.
+    /// Brings the triangles that have failed up to date with the elements, and marks those that have changed for viewers. Returns what has changed since the last
+    /// call.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
-    pub(crate) fn update_failed_triangles(&mut self) -> Result<usize, LatticeError> {
+    pub(crate) fn update_failed_triangles(&mut self) -> Result<FailureChange, LatticeError> {
         let elements = self.system.failed_count();
         let before = std::mem::replace(&mut self.failed_triangles.elements, elements);
         let can_fail = |set: &&ElementSet| set.request().kind == abi::TRIANGLE && set.has(abi::CAN_FAIL);
         let of_triangles = self.system.sets.iter().find(can_fail);
         let (Some(sheet), Some(set)) = (self.discretization.sheet(), of_triangles) else {
-            self.update_broken_surface()?;
-            return Ok(elements.saturating_sub(before));
+            let surface = self.update_broken_surface()?;
+            return Ok(FailureChange { elements: elements.saturating_sub(before), surface });
         };
         // Elements that are made anew count as a change, so it also covers triangles with other numbers after a cut.
         let has_changed = self.failed_triangles.take_changes(set.failed_changes());
@@ -131,6 +140,6 @@ impl Body {
             let mut held = is_held.iter();
             loose_nodes.retain(|_| !held.next().copied().unwrap_or(false));
         }
-        Ok(elements.saturating_sub(before))
+        Ok(FailureChange { elements: elements.saturating_sub(before), surface: false })
     }
 }

@@ -68,6 +68,10 @@ impl Body {
         triangles.sort_unstable();
         triangles.dedup();
         Arc::make_mut(&mut skin.tree).refit(&skin.settled, &model.surface.triangles, &triangles);
+        // Faces that have come to light are at nodes, whose rest positions have moved.
+        if !self.failed_triangles.is_empty() || !self.failed_triangles.exposed().triangles().is_empty() {
+            self.failed_triangles.outdate();
+        }
         Ok(())
     }
 }

@@ -122,6 +122,18 @@ impl Session {
             if body.system.nodes.is_empty() || body.frozen.is_some() {
                 continue;
             }
+            // What has failed has no shape to keep: its nodes may be anywhere, and pieces that have parted would be joined.
+            let failed = body.system.failed_count();
+            if failed > 0 && body.discretization.lattice().is_some() {
+                let name = &body.name;
+                self.events.add(EventKind::NotKept, time, || {
+                    format!(
+                        "body `{name}`: {failed} of its elements have failed, so its shape springs back; allowed for `release = \"keep\"` is a \
+                         solid that is whole"
+                    )
+                });
+                continue;
+            }
             let (lattice, nodes) = (body.discretization.lattice(), &mut body.system.nodes);
             if let Some(Repair { cells, place, moved }) = lattice.and_then(|lattice| lattice.untangle(nodes)) {
                 let (at, moved, name) = (place.as_slice(), 1e3 * moved, &body.name);

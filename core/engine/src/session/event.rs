@@ -50,6 +50,8 @@ pub enum EventKind {
     ElementsFailed,
     /// A model has a defect.
     Model,
+    /// A shape was to be kept and springs back, for elements of the solid have failed.
+    NotKept,
     /// A shape that was kept had inverted or flat cells, which were repaired.
     Repaired,
 }

@@ -108,7 +108,13 @@ impl Session {
             let Body { model, skin, system, discretization, fixings, .. } = body;
             let start = Instant::now();
             match discretization.follow(&balls, model, fixings, skin, system) {
-                Ok(true) => self.changed(index),
+                Ok(true) => {
+                    self.changed(index);
+                    // Tetrahedra that have failed have other numbers in the new cells.
+                    if let Err(error) = self.take_failed(index, time) {
+                        self.freeze(index, time, error.to_string());
+                    }
+                }
                 Ok(false) => {}
                 Err(error) => self.freeze(index, time, error.to_string()),
             }
@@ -191,22 +197,20 @@ impl Session {
 
     /// Takes account of the elements of a body that have failed in a step: its surface follows, contacts forget what is gone, and an event counts them.
     fn take_failed(&mut self, index: usize, time: f64) -> Result<(), LatticeError> {
-        let failed = self.bodies[index].update_failed_triangles()? as u64;
+        let change = self.bodies[index].update_failed_triangles()?;
         self.bodies[index].embed_exposed_faces();
-        if failed == 0 {
+        if change.surface {
+            self.tools.iter_mut().for_each(|slot| slot.tool.invalidate(index));
+            self.obstacles.contacts.iter_mut().skip(index).take(1).for_each(ObstacleContacts::invalidate);
+        }
+        if change.elements == 0 {
             return Ok(());
         }
         for slot in &mut self.tools {
             slot.soft[index].iter_mut().for_each(SoftTip::invalidate_areas);
-            if self.bodies[index].discretization.lattice().is_some() {
-                slot.tool.invalidate(index);
-            }
-        }
-        if self.bodies[index].discretization.lattice().is_some() {
-            self.obstacles.contacts.iter_mut().skip(index).take(1).for_each(ObstacleContacts::invalidate);
         }
         let body = &self.bodies[index];
-        self.events.add_many(EventKind::ElementsFailed, failed, time, || {
+        self.events.add_many(EventKind::ElementsFailed, change.elements as u64, time, || {
             format!("body `{}`: its material failed: {}", body.name, body.describe_failed())
         });
         Ok(())

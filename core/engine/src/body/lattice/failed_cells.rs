@@ -115,12 +115,18 @@ impl Lattice {
         self.failed.loose.binary_search(&vertex).is_ok()
     }
 
+    /// Forgets which tetrahedra have failed, whose numbers are those of the active cells, before these change.
+    pub(super) fn forget_failed_cells(&mut self) {
+        self.failed.has_failed.clear();
+        self.failed.table = None;
+    }
+
     /// Lists the vertices whose triangles are all gone.
     pub(in crate::body) fn set_loose(&mut self, vertices: Vec<u32>) {
         self.failed.loose = vertices;
     }
 
-    /// The vertex of the surface at each active node (n); of a grid, whose nodes are none, empty.
+    /// The vertex of the surface at each active node (n); empty for a grid, whose nodes are not vertices.
     pub(in crate::body) fn vertices_of_nodes(&self) -> Vec<Option<u32>> {
         let Some(cells) = self.source.tetrahedra() else { return Vec::new() };
         let vertices = cells.mesh().vertices();
@@ -229,7 +235,7 @@ impl Lattice {
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            match (distance(middle) <= 0.0) == is_first_inside {
+            match (distance(middle) <= ON_SURFACE * self.edge()) == is_first_inside {
                 true => low = middle,
                 false => high = middle,
             }

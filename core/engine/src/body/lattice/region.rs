@@ -133,6 +133,7 @@ impl Lattice {
         for cell in 0..self.region.cell_id.len() as u32 {
             self.points(cell)?.iter().for_each(|&v| settle(v, skin));
         }
+        self.forget_failed_cells();
         std::mem::swap(&mut self.region, &mut self.spare);
         let mut longest_edge_of = std::mem::take(&mut self.longest_edge_of);
         longest_edge_of.clear();
