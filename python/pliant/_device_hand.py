@@ -139,9 +139,13 @@ def stop_devices_of(session: _native.Session) -> None:
 
 def as_masks(buttons: Buttons) -> tuple[int, int, int]:
     """Buttons of the scene as the native half takes them."""
-    given = tuple(buttons)
+    allowed = "allowed are 3 entries: without a button of the device, with its first, with another"
+    try:
+        given = tuple(buttons)
+    except TypeError:
+        raise PliantError(f"buttons is {buttons!r}; {allowed}") from None
     if len(given) != 3:
-        raise PliantError(f"buttons has {len(given)} entries; allowed are 3: without a button of the device, with its first, with another")
+        raise PliantError(f"buttons has {len(given)} entries; {allowed}")
     none, first, other = map(as_mask, given)
     return none, first, other
 

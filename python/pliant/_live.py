@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -145,7 +145,9 @@ class Live:
         return tool_state(self._native.tool(tool))
 
     def triangle_count(self, body: str) -> int:
-        """Count the triangles of a body in the newest view; another number than before says that it was cut.
+        """Count the triangles of a body in the newest view, as many as :meth:`Session.triangles` has.
+
+        Another number than before says that the body was cut or broke, as elements of `quasi-brittle` and `tearing` that fail.
 
         Parameters
         ----------
@@ -155,6 +157,7 @@ class Live:
         Returns
         -------
         int
+            0 before the first view.
         """
         return self._native.triangle_count(body)
 
@@ -215,7 +218,7 @@ class Live:
         names = np.array(self._native.tools, dtype=np.str_)
         return Poses(time, names[tool], position, rotation, buttons)
 
-    def __enter__(self) -> Live:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(

@@ -70,11 +70,15 @@ def as_rotation(name: str, rotation: Any) -> tuple[float, ...]:
 
 def as_mask(buttons: int | Iterable[int]) -> int:
     """Buttons as a number of which bit i is button i."""
-    if isinstance(buttons, (int, np.integer)):
-        mask = int(buttons)
-    else:
-        numbers = set(buttons)
-        mask = sum(1 << button for button in numbers) if min(numbers, default=0) >= 0 else -1
+    try:
+        if isinstance(buttons, (int, np.integer)):
+            mask = int(buttons)
+        else:
+            numbers = set(buttons)
+            mask = sum(1 << button for button in numbers) if min(numbers, default=0) >= 0 else -1
+    except TypeError:
+        # Neither a number nor numbers.
+        mask = -1
     if not 0 <= mask < 1 << 32:
         raise PliantError(f"buttons {buttons!r}; allowed are buttons 0 to 31")
     return mask

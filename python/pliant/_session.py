@@ -205,7 +205,7 @@ class Session(Stepped[_native.Session, ToolState]):
         return self._native.rest_positions(self._body(body))
 
     def triangles(self, body: str | None = None) -> NDArray[np.uint32]:
-        """Copy the triangles of a body; a cut changes them.
+        """Copy the visible triangles of a body; a cut and elements that fail change them.
 
         Parameters
         ----------

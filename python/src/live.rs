@@ -7,6 +7,7 @@
 use super::failure::{Failure, Kind, contained};
 use super::live_clock::ClockPlayer;
 use super::live_device::{Lead, LedHand, play_with_device};
+use super::model::Found;
 use super::open_session::Open;
 use pliant_editor::DeviceWish;
 use pliant_engine::session::{HandPose, Session, ToolFrame};
@@ -30,7 +31,7 @@ pub struct View {
     pub lost_time: f64,
     /// m (n x 3) of each body that moves
     pub positions: Vec<Vec<[f32; 3]>>,
-    /// Triangles of each body; another number says that it was cut.
+    /// Number of visible triangles of each body, without lids over holes and failed ones. Another number says that the body was cut or broke.
     pub triangles: Vec<usize>,
     /// At the end of the last step.
     pub tools: Vec<ToolFrame>,
@@ -49,9 +50,11 @@ pub struct UsedPose {
     pub pose: HandPose,
 }
 
-/// Both ends' state.
+/// State that the thread of the session and the caller share.
 #[derive(Default)]
 pub(super) struct Shared {
+    /// Index of the tool whose hand a device has, with the plugin of the device; `None` if all hands are Python's.
+    led: Option<(usize, String)>,
     /// Where hands are to go, by tool; `None`: away.
     pub(super) targets: Mutex<BTreeMap<usize, Option<HandPose>>>,
     /// What is asked of the device that has a hand.
@@ -90,8 +93,11 @@ pub struct LiveThread {
 impl LiveThread {
     /// Starts a session, whose hand a device has with `lead`.
     pub fn start(open: Open, lead: Option<Lead>) -> Result<Self, (Box<Open>, Failure)> {
-        let shared = Arc::new(Shared::default());
-        *lock(&shared.wish) = lead.as_ref().map(|lead| lead.wish);
+        let shared = Arc::new(Shared {
+            led: lead.as_ref().map(|lead| (lead.tool, lead.name.clone())),
+            wish: Mutex::new(lead.as_ref().map(|lead| lead.wish)),
+            ..Shared::default()
+        });
         let theirs = Arc::clone(&shared);
         // Handed over through a cell, so that it comes back if there is no thread.
         let cell = Arc::new(Mutex::new(Some(open)));
@@ -124,15 +130,14 @@ impl LiveThread {
     /// # Errors
     /// A device has the hand.
     pub fn go(&self, tool: usize, pose: Option<HandPose>) -> Result<(), Failure> {
-        let view = lock(&self.shared.view);
-        if let Some(hand) = view.hand.as_ref().filter(|hand| hand.tool == tool && hand.lost.is_none()) {
+        // A device has its hand before the first view says so.
+        let is_lost = || lock(&self.shared.view).hand.as_ref().is_some_and(|hand| hand.lost.is_some());
+        if let Some((_, device)) = self.shared.led.as_ref().filter(|(led, _)| *led == tool && !is_lost()) {
             let text = format!(
-                "device `{}` has this hand; allowed is to move it once the device is lost or the session stopped",
-                hand.device
+                "device `{device}` has this hand; allowed is to move it once the device is lost or the session stopped"
             );
             return Err(Failure::new(Kind::Busy, text));
         }
-        drop(view);
         lock(&self.shared.targets).insert(tool, pose);
         Ok(())
     }
@@ -222,7 +227,8 @@ impl<'a> Publisher<'a> {
         view.hand = hand;
         let bodies = &session.bodies;
         view.triangles.clear();
-        view.triangles.extend(bodies.iter().map(|body| body.model.surface.triangles.len()));
+        view.triangles
+            .extend(bodies.iter().enumerate().map(|(index, body)| Found::Moving(index, body).triangles().count()));
         view.positions.resize_with(bodies.len(), Vec::new);
         for (to, body) in view.positions.iter_mut().zip(bodies) {
             to.clear();

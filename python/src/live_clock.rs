@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// The most wall-clock time that is caught up with; what is older is given up.
 const MAX_BACKLOG: Duration = Duration::from_millis(50);
 
-/// The thread's side.
+/// Steps the session by the clock, on the thread of a [`super::live::LiveThread`], with the hands of [`Shared`].
 pub(super) struct ClockPlayer<'a> {
     session: &'a mut Session,
     shared: &'a Shared,

@@ -30,8 +30,6 @@ pub struct Lead {
 /// The hand that a device has.
 #[derive(Clone, Debug)]
 pub struct LedHand {
-    /// Index of the tool.
-    pub tool: usize,
     /// Plugin of the device.
     pub device: String,
     /// Where it is, its buttons and its force.
@@ -46,7 +44,8 @@ pub struct LedHand {
     pub lost: Option<String>,
 }
 
-/// Refuses tools that no device can have by itself.
+/// Refuses tools that no device can have by itself, and scenes in which other tools share a device: its place is taken by a pointer with one pose, so
+/// a hand that Python moves would take the other hands of that device along.
 pub fn check_tool(session: &Session, tool: usize) -> Result<(), Failure> {
     let slot = &session.tools[tool];
     let refused = |what: String| {
@@ -58,10 +57,22 @@ pub fn check_tool(session: &Session, tool: usize) -> Result<(), Failure> {
     }
     let others = session.tools.iter().enumerate().filter(|(index, other)| *index != tool && other.mirror.is_none());
     match others.map(|(_, other)| other).find(|other| other.device == slot.device) {
-        Some(other) => refused(format!("shares its device with tool `{}`", other.tool.name)),
-        None if slot.effector > 0 => refused(format!("is on effector {} of its device", slot.effector)),
-        None => Ok(()),
+        Some(other) => return refused(format!("shares its device with tool `{}`", other.tool.name)),
+        None if slot.effector > 0 => return refused(format!("is on effector {} of its device", slot.effector)),
+        None => {}
     }
+    let mut known = BTreeMap::new();
+    for other in session.tools.iter().filter(|other| other.mirror.is_none()) {
+        if let Some(first) = known.insert(other.device, &other.tool.name) {
+            let text = format!(
+                "tools `{first}` and `{}` share a device, so their hands would move as one; allowed is a device for each tool while a haptic \
+                 device has the hand of tool `{}`",
+                other.tool.name, slot.tool.name
+            );
+            return Err(Failure::new(Kind::Argument, text));
+        }
+    }
+    Ok(())
 }
 
 /// Steps in real time until it is asked to end.
@@ -93,7 +104,6 @@ pub(super) fn play_with_device(session: &mut Session, lead: Lead, shared: &Share
     let live = LiveSession::start_with_devices(session, devices, LiveSettings::default())
         .map_err(|error| Failure::new(Kind::File, format!("the system gives no thread: {error}")))?;
     let led = LedHand {
-        tool,
         device: name,
         state: DeviceHandState::default(),
         length_scale: hand.length_scale(),
@@ -108,14 +118,15 @@ pub(super) fn play_with_device(session: &mut Session, lead: Lead, shared: &Share
     done
 }
 
-/// The thread's side.
+/// Steps the session with its devices, on the thread of a [`super::live::LiveThread`], and guides the device that has a hand.
 struct DevicePlayer<'a> {
     session: &'a mut Session,
     shared: &'a Shared,
     live: LiveSession,
     hand: DeviceHand,
     led: LedHand,
-    /// What moves each device that is none, and its frame, in the order of the session's devices.
+    /// Handle of the pointer in the place of each device, and the frame of the device, in the order of the session's devices. That of the device that
+    /// has a hand moves the hand once the device is lost.
     pointers: Vec<(PointerHandle, Frame)>,
     /// Where hands were sent last, by tool.
     sent: BTreeMap<usize, Option<HandPose>>,

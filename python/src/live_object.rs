@@ -173,7 +173,7 @@ impl Live {
         })
     }
 
-    /// Number of triangles of a body in the newest view: another one says that it was cut.
+    /// Number of visible triangles of a body in the newest view, 0 before the first: another one says that the body was cut or broke.
     fn triangle_count(&self, body: &str) -> PyResult<usize> {
         let index = index_of(&self.bodies, "body", body)?;
         self.view(|view| Ok(view.triangles.get(index).copied().unwrap_or_default()))

@@ -270,6 +270,17 @@ def test_the_caller_cannot_move_a_hand_that_a_device_has(user):
             assert caught.value.kind == "busy"
 
 
+def test_the_caller_cannot_move_it_before_the_first_view_either(user):
+    with pliant.Session(model()) as session:
+        for _ in range(10):
+            with session.hand().follow("pointer", user.params) as hand:
+                with pytest.raises(pliant.PliantError, match="`pointer` has this hand") as caught:
+                    hand.go("finger", [0, 0, 0.1])
+                assert caught.value.kind == "busy"
+                hand.wait(0, 20.0)
+                assert hand.state.status == "waiting" and not len(hand.take_poses())
+
+
 @pytest.mark.parametrize("ending", ["stop", "close", "drop", "error"])
 def test_whatever_ends_it_closes_the_device_and_leaves_no_thread(user, ending):
     wait_for_the_end_of_threads()
@@ -353,6 +364,9 @@ def test_arguments_that_are_not_allowed(user):
             {"view": [0, 0, 0, 0]},
             {"centre": [0, np.nan, 0]},
             {"buttons": (0, 1)},
+            {"buttons": 1},
+            {"buttons": (0, None, 0)},
+            {"buttons": (0, "ab", 0)},
             {"buttons": (0, [40], 0)},
             {"force_share": 1.5},
             {"force_share": np.nan},
@@ -372,6 +386,19 @@ def test_tools_that_share_a_device_cannot_be_given_to_another(user):
     scene.edit("touch", tool="thumb")
     with pliant.Session(scene) as session, pytest.raises(pliant.PliantError, match="shares its device with tool `thumb`"):
         session.hand("finger").follow("pointer", user.params)
+
+
+def test_other_tools_that_share_a_device_are_refused(user):
+    scene = model()
+    scene.hand("second")
+    for name in ("other", "third"):
+        scene.tool(name, hand="second", radius="4 mm")
+        scene.edit("touch", tool=name)
+    with pliant.Session(scene) as session:
+        with pytest.raises(pliant.PliantError, match="tools `other` and `third` share a device.*allowed is") as caught:
+            session.hand("finger").follow("pointer", user.params)
+        assert caught.value.kind == "argument" and is_free(user.address)
+        session.step()
 
 
 def test_other_hands_are_moved_by_the_caller(user):

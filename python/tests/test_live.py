@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import pressed
+from conftest import block, pressed
 
 import pliant
 
@@ -105,3 +105,37 @@ def test_a_live_session_that_is_dropped_ends_its_thread():
     while "pliant-live" in names() and time.monotonic() < end:
         time.sleep(0.01)
     assert "pliant-live" not in names()
+
+
+def test_lids_over_holes_are_not_counted():
+    vertices, faces = block(4)
+    scene = pliant.Scene()
+    scene.time(dt="1 ms")
+    material = pliant.Material("mass-spring", young="300 kPa", density=1000, damping_time="0.5 ms")
+    # One face is missing: a cut closes the hole by a lid, which is not seen.
+    scene.body("cube", mesh=vertices, faces=faces[1:], material=material, grid={"level": 4})
+    scene.hand("hand", peak_force=50)
+    blade = {"length": "160 mm", "direction": [0, 1, 0], "toughness": "1 J/m^2"}
+    scene.tool("knife", radius="1 mm", blade=blade, speed="20 m/s")
+    scene.edit("cut", tool="knife")
+    with pliant.Session(scene) as session:
+        whole = len(session.triangles())
+        assert session.cut([[x, -0.08, 0.01] for x in np.linspace(-0.07, 0.07, 40)]) == 1
+        with session.play() as live:
+            live.wait(0, 20.0)
+            count = live.triangle_count("cube")
+        assert count == len(session.triangles()) > whole
+
+
+def test_triangles_that_have_torn_are_not_counted(scenes):
+    with pliant.Session(scenes / "tear.toml") as session:
+        whole = len(session.triangles())
+        torn = whole
+        while torn == whole and session.steps < session.planned_steps:
+            session.step(10)
+            torn = len(session.triangles())
+        with session.play() as live:
+            live.wait(0, 60.0)
+            count = live.triangle_count("membrane")
+        # More may tear while it goes on.
+        assert len(session.triangles()) <= count <= torn < whole
