@@ -73,7 +73,7 @@ def check(obj: bpy.types.Object, take: Take) -> None:
     if obj.name != take.name:
         raise _refused(f"the last stroke was on the object `{take.name}`; allowed is to bake it with that object active, not `{obj.name}`")
     if take.is_cut:
-        raise _refused("the last stroke cut the mesh, and shape keys cannot change its topology; allowed is a stroke without a cut")
+        raise _refused("the last stroke cut or broke the mesh, and shape keys cannot change its topology; allowed is a stroke that leaves it whole")
     if not mesh_io.read_mesh(obj).has_faces_of(take.mesh):
         raise _refused(f"the faces of `{obj.name}` are not those of the last stroke; allowed is to undo what changed them")
     keys = obj.data.shape_keys

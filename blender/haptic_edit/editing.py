@@ -35,7 +35,7 @@ RISE = 5e-3
 MAX_FRAME = 0.05
 # s, that a mesh is given to come to rest after a stroke.
 SETTLE = 0.05
-# Steps of a device's hand that are kept to be made again: 20 minutes of 1 ms.
+# Steps of a session whose poses are kept to be made again, of all strokes and of what was felt: 20 minutes of 1 ms, 96 MB.
 KEPT_STEPS = 1_200_000
 
 
@@ -253,10 +253,10 @@ class MeshEdit:
         self._kind = ""
         self._start = 0
         self._strokes: list[RecordedStroke] = []
-        # Poses of a device's hand since its last stroke.
+        # Poses of the hand since its last stroke.
         self._felt: list[pliant.Poses] = []
-        # Whether all poses since the session was opened are kept.
-        self._is_kept = True
+        # Number of all poses that are kept, and whether these are all since the session was opened.
+        self._kept, self._is_kept = 0, True
         self._refusals = 0
 
     @property
@@ -314,14 +314,13 @@ class MeshEdit:
         return self._live is not None and self._live.is_alive
 
     def end(self) -> bool:
-        """End the stroke: what it did stays. Give whether the mesh was cut."""
+        """End the stroke: what it did stays. Give whether the mesh was cut or broke."""
         if self._live is None or self._stroke is None:
             return False
         self._arrive()
-        self._stroke, live, self._live = None, self._live, None
-        poses = live.stop()
-        self._settle()
-        self._strokes.append(RecordedStroke(self._start, self.session.steps, tuple(poses)))
+        self._stroke = None
+        self._stop()
+        self._keep_steps(self._start, self.session.steps)
         return len(self.session.triangles(BODY)) != self.triangles
 
     def give_hand(self, plugin: str, **keys: object) -> pliant.DeviceHand:
@@ -333,37 +332,45 @@ class MeshEdit:
         return hand
 
     def keep_poses(self, poses: pliant.Poses) -> None:
-        """Keep poses of a device's hand, so that strokes can be made again."""
+        """Keep poses of the hand, so that strokes can be made again. With more than :data:`KEPT_STEPS` since the session was opened none are kept any more:
+        a stroke cannot be made again without those before it.
+        """
+        if not self._is_kept:
+            return
         self._felt.append(poses)
-        if sum(map(len, self._felt)) > KEPT_STEPS:
+        self._kept += len(poses)
+        if self._kept > KEPT_STEPS:
             self._felt.clear()
+            self._strokes.clear()
             self._is_kept = False
 
     def keep_stroke(self, start: float, rest: float) -> None:
         """Keep a stroke of a device that began and came to rest at times (s) of the session, with the poses that were kept since the last one."""
-        if not self._is_kept:
-            return
-        start_step, rest_step = (round(time / self._dt) for time in (start, rest))
-        self._strokes.append(RecordedStroke(start_step, rest_step, joined(self._felt)))
-        self._felt.clear()
+        self._keep_steps(round(start / self._dt), round(rest / self._dt))
+
+    def _keep_steps(self, start: int, rest: int) -> None:
+        """Keep a stroke that began and came to rest at steps of the session."""
+        if self._is_kept:
+            self._strokes.append(RecordedStroke(start, rest, joined(self._felt)))
+            self._felt.clear()
 
     def rest(self) -> bool:
-        """Take the hand from a device, which is closed, and let the mesh come to rest. Give whether the mesh was cut."""
-        live, self._live = self._live, None
-        if live is None:
+        """Take the hand from a device, which is closed, and let the mesh come to rest. Give whether the mesh was cut or broke."""
+        if self._live is None:
             return False
-        self.keep_poses(live.take_poses())
-        # Those of steps in between.
-        self.keep_poses(poses_of(live.stop()))
-        self._settle()
+        self._stop()
         return len(self.session.triangles(BODY)) != self.triangles
 
     def is_cut(self) -> bool:
-        """Whether strokes of a device have cut the mesh."""
+        """Whether a device has cut or broken the mesh."""
         return self._live is not None and self._live.triangle_count(BODY) not in (0, self.triangles)
 
-    def _settle(self) -> None:
-        """Let the hand go, and give the mesh time to come to rest."""
+    def _stop(self) -> None:
+        """Stop the clock, keep the poses of the hand, let it go, and give the mesh time to come to rest."""
+        live, self._live = self._live, None
+        self.keep_poses(live.take_poses())
+        # Those of steps in between.
+        self.keep_poses(poses_of(live.stop()))
         self.session.hand(TOOL).leave()
         self.session.step(max(1, round(SETTLE / self.session.dt)))
 
@@ -382,7 +389,7 @@ class MeshEdit:
         return texts[-1:] if is_new else []
 
     def recording(self) -> Recording | None:
-        """All strokes so far; between strokes, after the first. None if a device has had the hand for longer than its poses are kept."""
+        """All strokes so far; between strokes, after the first. None if the hand has had more poses than are kept."""
         return Recording(self.scene, BODY, TOOL, tuple(self._strokes)) if self._is_kept else None
 
     def positions(self) -> np.ndarray:

@@ -161,14 +161,14 @@ class Editing:
 
     def show_device(self, wish: Wish) -> str | None:
         """Guide the device that has the hand, and copy the newest positions into the mesh: what the timer does. Give the edit kind of a stroke that has
-        come to its end and is in the mesh; the device is closed if it has cut the mesh.
+        come to its end and is in the mesh; the device is closed if it has cut or broken the mesh.
         """
         obj, edit = self._require(), self._edit
         if not edit.is_alive:
             raise pliant.PliantError("the engine stopped; leave the mode and enter it again", "panic")
         kind = self.device.advance(wish, self._seen, self._moved)
         if edit.is_cut():
-            # A cut is shown when its stroke has ended.
+            # A cut, and what broke, is shown when its stroke has ended.
             if kind is not None:
                 self.end()
             return kind
@@ -177,7 +177,9 @@ class Editing:
             self.tool = tool
             mesh_io.set_coordinates(obj, self._frame)
             before, self._shown = self._shown, mesh_io.coordinates(obj)
-            self._moved = float(np.abs(self._shown - before).max() / np.ptp(before, axis=0).max())
+            size = float(np.ptp(before, axis=0).max())
+            # All vertices may be at one place.
+            self._moved = float(np.abs(self._shown - before).max()) / size if size > 0.0 else 0.0
         self._until_taken -= 1
         if kind is not None:
             self._remember(False)
@@ -233,7 +235,7 @@ class Editing:
         recording = self._edit.recording()
         if recording is None:
             self._warnings.append(
-                "Bake Stroke no longer knows the last strokes: the device has had the hand for too long; allowed is to leave the mode and enter it again"
+                "Bake Stroke no longer knows the last strokes: the hand has been there for more than 20 minutes since the session was opened; allowed is to leave the mode and enter it again"
             )
             return
         end = mesh_io.coordinates(self._require())

@@ -21,13 +21,13 @@ class RecordedStroke:
     ----------
     start, rest : int
         Steps taken when it began, and when the mesh had come to rest.
-    poses : tuple of UsedPose, or Poses
+    poses : Poses
         Where the hand was since the stroke before, step by step; in a step without a pose it was away.
     """
 
     start: int
     rest: int
-    poses: tuple[pliant.UsedPose, ...] | pliant.Poses
+    poses: pliant.Poses
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ def played_again(edit, seconds):
     data = scene.to_dict()
     dt, strokes = edit.session.dt, edit.recording().strokes
     assert len(strokes) == 1, "a scripted hand cannot leave"
-    poses = strokes[0].poses
+    poses = list(strokes[0].poses)
     params = data["device"][0]["params"]
     params["path"] = [[p.time, *p.position] for p in poses]
     # Half a step early, so that no rounding of the time makes it a step late; then the hand lets go.
@@ -176,7 +176,7 @@ def test_a_cut_is_refused(empty):
     editing = empty.mode.Editing(obj)
     stroke(empty, editing, "cut", [(-0.15 + 0.01 * i, 0.013) for i in range(31)], frames=2)
     vertices = len(obj.data.vertices)
-    refused("cut the mesh", "topology")
+    refused("cut or broke the mesh", "topology")
     assert obj.data.shape_keys is None and len(obj.data.vertices) == vertices
     editing.close()
 

@@ -54,7 +54,7 @@ def test_a_stroke_is_what_the_program_makes_of_the_same_hand(empty):
     editing = empty.mode.Editing(obj)
     stroke(empty, editing, "touch", [(0.0, 0.0), (0.03, 0.01)], frames=15)
     edit = editing.edit
-    used = edit.recording().strokes[0].poses
+    used = list(edit.recording().strokes[0].poses)
     scene = pliant.Scene(edit.scene.to_dict())
     scene._meshes = edit.scene._meshes
     data = scene.to_dict()
@@ -414,6 +414,20 @@ def test_a_stroke_that_changes_the_size_of_the_mesh_is_followed_by_another_in_th
     assert np.ptp(coordinates(obj)[:, 0]) > 0.205
     stroke(empty, editing, "touch", [(-0.05, 0.0)], frames=10)
     assert len(editing.edit.recording().strokes) == 2
+    editing.close()
+
+
+def test_poses_are_kept_up_to_a_number_of_steps_and_a_warning_says_when_they_are_not(empty, monkeypatch):
+    editing = empty.mode.Editing(add_grid_cube(cuts=5))
+    stroke(empty, editing, "touch", [(0.0, 0.0)], frames=5)
+    edit = editing.edit
+    kept = len(edit.recording().strokes[0].poses)
+    monkeypatch.setattr(empty.editing, "KEPT_STEPS", kept + 1)
+    stroke(empty, editing, "touch", [(0.02, 0.0)], frames=5)
+    assert editing.edit is edit and edit.recording() is None
+    assert any("no longer knows the last strokes" in text for text in editing.take_warnings())
+    stroke(empty, editing, "touch", [(-0.02, 0.0)], frames=5)
+    assert edit.recording() is None and not edit._strokes and not edit._felt
     editing.close()
 
 
