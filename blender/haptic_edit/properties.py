@@ -41,7 +41,9 @@ def _plugins(_self, _context) -> list[tuple[str, str, str]]:
     def make():
         # The `young` of cloth is a factor.
         is_solid = lambda plugin: any(param.key == "young" and param.unit == "Pa" for param in plugin.params)
-        solids = [plugin for plugin in pliant.plugins("material") if is_solid(plugin)]
+        # A mesh of Blender does not follow elements that fail.
+        can_fail = lambda plugin: any(param.key == "fracture-energy" for param in plugin.params)
+        solids = [plugin for plugin in pliant.plugins("material") if is_solid(plugin) and not can_fail(plugin)]
         return [(plugin.id, plugin.name, plugin.summary) for plugin in solids]
 
     return _items("plugins", make)
