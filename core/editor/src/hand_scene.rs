@@ -5,6 +5,7 @@
 
 use pliant_engine::edit::{EditKind, KINDS, KeyName};
 use pliant_engine::scene::Release;
+use pliant_mesh::TetMesh;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
 /// Name of the device and of the tool in a drafted scene.
@@ -109,15 +110,17 @@ pub fn stroke_button(kind: &dyn EditKind, release: Release, paint: PaintStroke) 
 }
 
 /// Replaces devices, tools, edits and probes of a scene by this hand and a second one for mirrored edits. `painted`: the parameters of the bodies' materials
-/// that it may paint, at most [`MAX_PAINTED`].
+/// that it may paint, at most [`MAX_PAINTED`]. Where a body is a tetrahedral mesh, which is neither cut nor stitched, buttons of edits that do so begin none.
 pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings, painted: &[&str]) {
     for key in ["device", "tool", "edit", "probe"] {
         scene.remove(key);
     }
     scene["device"] = tables([HAND, MIRROR].map(|name| device(name, hand)));
     scene["tool"] = tables([HAND, MIRROR].map(|name| tool(name, hand)));
+    let is_divided = |kind: &dyn EditKind| kind.changes_topology() && has_tetrahedra(scene);
+    let strokes = hand_strokes(painted.len()).into_iter().enumerate().filter(|(_, stroke)| !is_divided(stroke.kind));
     let mut edits = Vec::new();
-    for (button, HandStroke { kind, release, paint }) in hand_strokes(painted.len()).into_iter().enumerate() {
+    for (button, HandStroke { kind, release, paint }) in strokes {
         for tool in [HAND, MIRROR] {
             let mut edit = Table::new();
             edit["kind"] = value(kind.name());
@@ -135,6 +138,12 @@ pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings, painted: &[&str])
         }
     }
     scene["edit"] = tables(edits);
+}
+
+/// Whether a body of a scene is a tetrahedral mesh.
+fn has_tetrahedra(scene: &DocumentMut) -> bool {
+    let bodies = scene.get("body").and_then(Item::as_array_of_tables);
+    bodies.into_iter().flatten().filter_map(|body| body.get("mesh")?.as_str()).any(TetMesh::is_name)
 }
 
 fn device(name: &str, hand: &HandSettings) -> Table {
@@ -179,6 +188,28 @@ mod tests {
     use pliant_engine::plan::{Edit, Plan};
     use pliant_engine::scene;
     use std::path::Path;
+
+    #[test]
+    fn what_a_tetrahedral_mesh_refuses_has_no_edit() {
+        for (mesh, refused) in [("a.msh", true), ("a.vtk", true), ("a.obj", false)] {
+            let text = format!(
+                "format = 1\n[[body]]\nname = \"a\"\nmesh = \"{mesh}\"\nmaterial = {{ plugin = \"neo-hookean\" }}\n"
+            );
+            let mut document: DocumentMut = text.parse().unwrap();
+            let hand = HandSettings { size: 1.0, radius: 0.1, coupling: 100.0, peak_force: 5.0, tip_mass: None };
+            give_hand(&mut document, &hand, &["young"]);
+            let (scene, source) =
+                scene::load_text(Path::new("scene.toml"), document.to_string(), &[]).expect("a scene");
+            let plan = Plan::new(&scene, &source).expect("a plan");
+            for kind in KINDS {
+                let has = plan.edits.iter().any(|edit| edit.kind.name() == kind.name());
+                assert_eq!(has, !(refused && kind.changes_topology()), "{mesh}: {}", kind.name());
+            }
+            let touch = KINDS.iter().find(|kind| kind.name() == "touch").expect("a kind");
+            let button = stroke_button(*touch, Release::Keep, PaintStroke::default());
+            assert!(plan.edits.iter().any(|edit| edit.kind.name() == "touch" && edit.button == Some(button)));
+        }
+    }
 
     #[test]
     fn every_kind_has_its_buttons_and_the_scene_keeps_its_bodies() {
