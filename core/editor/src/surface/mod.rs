@@ -177,9 +177,16 @@ impl ViewSurface {
                 }
             }
         }
+        // A patch may name vertices that a later one has taken away again.
+        let corners =
+            patches.iter().flat_map(|patch| &patch.changed).filter_map(|(_, look)| Some(look.as_ref()?.corners));
+        let most = corners.flatten().map(|vertex| vertex as usize + 1).max().unwrap_or(0);
+        self.resize(most.max(view.positions.len()));
         for patch in patches {
             self.patch(patch, &mut changes);
         }
+        self.resize(view.positions.len());
+        self.dirty.retain(|vertex| (*vertex as usize) < view.positions.len());
         self.refresh(&mut changes);
         changes
     }
@@ -218,7 +225,10 @@ impl ViewSurface {
         self.dirty = dirty;
         changes.vertices = merge(touched, GAP);
         changes.looks = merge(std::mem::take(&mut changes.looks), GAP);
-        changes.triangles = merge(std::mem::take(&mut changes.triangles), GAP);
+        // A later patch of the same update may have taken triangles away again.
+        let count = self.corners.len();
+        let ranges = changes.triangles.drain(..).map(|range| range.start.min(count)..range.end.min(count));
+        changes.triangles = merge(ranges.collect(), GAP);
     }
 
     fn mark(&mut self, vertex: u32) {
