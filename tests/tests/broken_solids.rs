@@ -23,7 +23,7 @@ fn scene(body: &str, rest: &str) -> String {
 /// So little that it is none, but a body without a load is not simulated.
 const WEIGHTLESS: &str = "gravity = [0, 0, -1e-9]";
 
-/// Nothing moves.
+/// A fixing of all nodes of the body, so that nothing but failure changes its shape.
 const HELD: &str = "fixed = [{ box = [[-9, -9, -9], [9, 9, 9]] }]";
 
 /// A session of a tetrahedral mesh, after a step.
@@ -332,10 +332,27 @@ fn free_pieces_fall() {
     }
 }
 
+/// Size of a block from the origin on, m.
+const BLOCK: [f64; 3] = [0.1, 0.1, 0.035];
+
+/// A block that is held at both ends of x, in a grid or as a tetrahedral mesh, with further lines of the scene, after a step.
+fn held_block(is_in_grid: bool, mesh: &TetBox, rest: &str) -> Session {
+    let held = "fixed = [{ box = [[-1, -1, -1], [1e-3, 1, 1]] }, { box = [[0.099, -1, -1], [1, 1, 1]] }]";
+    if !is_in_grid {
+        return of_mesh(mesh, held, rest, 1);
+    }
+    let middle = BLOCK.map(|edge| 0.5 * edge);
+    let body = format!(
+        "shape = {{ kind = \"box\", cells = 20, size = {BLOCK:?} }}\nposition = {middle:?}\ngrid = {{ level = 5, region = \"whole\" }}\n{held}"
+    );
+    let mut session = open_file(&Bench::new().write("scene.toml", scene(&body, rest)), 1, None);
+    session.step();
+    session
+}
+
 /// Largest force on a tool (N) and impulse of an obstacle (N s) that go down at two places of a block, then the force on the tool as it goes aside within it. The block may have failed
 /// around both places before, on a session of its own or on one that was broken and then taken back.
 fn crossed(is_in_grid: bool, radius: f64, is_broken: bool, is_undone: bool) -> [f64; 3] {
-    let size = [0.1, 0.1, 0.035];
     let rest = format!(
         r#"
         {WEIGHTLESS}
@@ -357,17 +374,7 @@ fn crossed(is_in_grid: bool, radius: f64, is_broken: bool, is_undone: bool) -> [
         path = [[0, 0, 0, 0], [0.02, 0, 0, 0], [0.06, 0, 0, -0.0165]]
         "#
     );
-    let held = "fixed = [{ box = [[-1, -1, -1], [1e-3, 1, 1]] }, { box = [[0.099, -1, -1], [1, 1, 1]] }]";
-    let mut session = if is_in_grid {
-        let body = format!(
-            "shape = {{ kind = \"box\", cells = 20, size = {size:?} }}\nposition = [0.05, 0.05, 0.0175]\ngrid = {{ level = 5, region = \"whole\" }}\n{held}"
-        );
-        let mut session = open_file(&Bench::new().write("scene.toml", scene(&body, &rest)), 1, None);
-        session.step();
-        session
-    } else {
-        of_mesh(&TetBox::new([14, 14, 5], size, 0.0, 1), held, &rest, 1)
-    };
+    let mut session = held_block(is_in_grid, &TetBox::new([14, 14, 5], BLOCK, 0.0, 1), &rest);
     let whole = session.snapshot();
     if is_broken {
         let holes = |x: Vec3| [0.03, 0.07].iter().any(|at| (x.x - at).abs() < 0.0175 && (x.y - 0.05).abs() < 0.0175);
@@ -413,7 +420,6 @@ fn contact_meets_what_has_come_to_light_and_nothing_that_is_gone() {
 
 /// A block that is held at two ends and has failed across its middle, at whose broken side a tool makes an edit from 20 to 60 ms.
 fn edited(is_in_grid: bool, edit: &str, seed: u64) -> Session {
-    let size = [0.1, 0.1, 0.035];
     let rest = format!(
         r#"
         {WEIGHTLESS}
@@ -434,17 +440,8 @@ fn edited(is_in_grid: bool, edit: &str, seed: u64) -> Session {
         "#
     );
     let rest = if edit.contains("touch") { rest.replace("radius = 0.02\n", "\n") } else { rest };
-    let held = "fixed = [{ box = [[-1, -1, -1], [1e-3, 1, 1]] }, { box = [[0.099, -1, -1], [1, 1, 1]] }]";
-    let mut session = if is_in_grid {
-        let body = format!(
-            "shape = {{ kind = \"box\", cells = 20, size = {size:?} }}\nposition = [0.05, 0.05, 0.0175]\ngrid = {{ level = 5, region = \"whole\" }}\n{held}"
-        );
-        let mut session = open_file(&Bench::new().write("scene.toml", scene(&body, &rest)), 1, None);
-        session.step();
-        session
-    } else {
-        of_mesh(&TetBox::new([14, 14, 5], size, 0.1, seed).shuffled(seed), held, &rest, 1)
-    };
+    let mesh = TetBox::new([14, 14, 5], BLOCK, 0.1, seed).shuffled(seed);
+    let mut session = held_block(is_in_grid, &mesh, &rest);
     assert!(fail(&mut session, |x| (x.x - 0.05).abs() < 0.006) > 50);
     while session.time() < 0.09 {
         session.step();

@@ -1,5 +1,7 @@
 //! From a file to a session: a model becomes a scene with one hand, a scene gets that hand in the place of its own.
 
+use crate::strings;
+use crate::tools::ToolKind;
 use pliant_editor::{
     DeviceChoice, DeviceRequest, Draft, DraftMaterial, HandSettings, LengthUnit, MAX_PAINTED, SOLIDS, SolidPreset,
     Substance, SubstanceChoice, fabrics, give_hand,
@@ -9,6 +11,7 @@ use pliant_engine::scene::{self, Scene, Source};
 use pliant_engine::session::{Options, Session};
 use pliant_host::{AllowedFolders, Device, Library, PluginKind, SearchPath};
 use pliant_mesh::{ObjDocument, Surface, TetMesh};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use toml_edit::DocumentMut;
 
@@ -123,8 +126,21 @@ pub struct ModelFacts {
     pub fabrics: Vec<String>,
     /// Parameters of the material that strokes may paint, in the order of [`PaintStroke::param`](pliant_editor::PaintStroke).
     pub painted: Vec<&'static str>,
+    /// Edit kinds that its bodies take; strokes of the others do nothing.
+    pub kinds: BTreeSet<&'static str>,
     /// Devices of the scene that can have the hand; none for a model.
     pub devices: Vec<DeviceChoice>,
+}
+
+impl ModelFacts {
+    /// Why strokes of a tool do nothing, for people; `None` if they do something.
+    pub fn why_idle(&self, tool: ToolKind) -> Option<String> {
+        match self.kinds.contains(tool.name()) {
+            true => None,
+            false if tool.paints() => Some(strings::NOTHING_TO_PAINT.to_owned()),
+            false => Some(strings::undivided(tool.name())),
+        }
+    }
 }
 
 /// An opened session and what is known of its model.
@@ -154,6 +170,7 @@ pub fn open(request: &OpenRequest) -> Result<Opened, String> {
     let (scene, source) = scene::load_text(file, text, &[]).map_err(|error| error.to_string())?;
     let plan = Plan::new(&scene, &source).map_err(|error| error.to_string())?;
     facts.cap_material.clone_from(&plan.cap_material);
+    facts.kinds = plan.edits.iter().map(|edit| edit.kind.name()).collect();
     let search = request.search()?;
     let mesh = request.shape.clone().filter(|_| request.is_scene());
     let options = Options { mesh: mesh.clone(), ..Options::new(search.clone(), request.threads) };
@@ -209,6 +226,7 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         cap_material: String::new(),
         fabrics: fabrics_of(&request.search()?),
         painted: draft.painted().to_vec(),
+        kinds: BTreeSet::new(),
         devices: Vec::new(),
     };
     Ok((text, facts))
@@ -227,17 +245,37 @@ fn fabrics_of(search: &SearchPath) -> Vec<String> {
 /// Parameters that strokes may paint where the material of a scene lets them vary.
 const PAINTABLE: [&str; MAX_PAINTED] = ["young", "density", "thickness"];
 
+/// A session of the bodies of a scene under some hand of the window: devices of the scene may not be there, and nobody holds them.
+///
+/// # Errors
+/// A sentence with file, place and cause.
+fn look(scene: &Scene, source: &Source, document: &DocumentMut, request: &OpenRequest) -> Result<Session, String> {
+    let radius = scene.tool.iter().find_map(|tool| Some(tool.radius.as_ref()?.get_ref().si)).unwrap_or(FIRST_RADIUS);
+    let hand = HandSettings { size: 1.0, radius, coupling: 1.0, peak_force: 1.0, tip_mass: None };
+    let mut document = document.clone();
+    give_hand(&mut document, &hand, &[]);
+    let (with_hand, _) =
+        scene::load_text(&request.path, document.to_string(), &[]).map_err(|error| error.to_string())?;
+    // All else stays that of the file, so errors name its lines.
+    let Scene { device, tool, edit, probe, .. } = with_hand;
+    let scene = Scene { device, tool, edit, probe, ..scene.clone() };
+    let plan = Plan::new(&scene, source).map_err(|error| error.to_string())?;
+    let options = Options { mesh: request.shape.clone(), ..Options::new(request.search()?, 1) };
+    Session::open(&scene, source, plan, &options).map_err(|error| error.to_string())
+}
+
+/// Radius of a tool in a scene that has none, m.
+const FIRST_RADIUS: f64 = 0.005;
+
 /// The text of a scene with the window's hand in the place of its own.
 fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", request.path.display());
     // As the engine reads it, for its errors name line and column.
     let (scene, source) = scene::load(&request.path, &[]).map_err(|error| error.to_string())?;
-    let plan = Plan::new(&scene, &source).map_err(|error| error.to_string())?;
+    Plan::new(&scene, &source).map_err(|error| error.to_string())?;
     let mut document: DocumentMut = source.text.parse().map_err(|error: toml_edit::TomlError| named(&error))?;
     // A look at the bodies, to know how large a hand they ask for.
-    let search = request.search()?;
-    let options = Options { mesh: request.shape.clone(), ..Options::new(search, 1) };
-    let session = Session::open(&scene, &source, plan, &options).map_err(|error| error.to_string())?;
+    let session = look(&scene, &source, &document, request)?;
     let surfaces = session.bodies.iter().map(|body| &body.model.surface);
     let standing = session.standing.iter().map(|(_, model)| &model.surface);
     let size = surfaces.chain(standing).map(|surface| surface.bounds().longest_edge()).fold(0.0, f64::max);
@@ -274,6 +312,7 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         cap_material: String::new(),
         fabrics: Vec::new(),
         painted,
+        kinds: BTreeSet::new(),
         devices,
     };
     Ok((document.to_string(), facts))

@@ -125,6 +125,10 @@ pub const PAINTS: &str = "Paints";
 pub const PAINT_HINT: &str = "Four times as much; with Ctrl a quarter.";
 /// Where no material has a parameter that may be painted.
 pub const NOTHING_TO_PAINT: &str = "The material lets no parameter vary over a body, so there is nothing to paint.";
+/// Where a body is neither cut nor stitched.
+pub fn undivided(tool: &str) -> String {
+    format!("\"{tool}\" does nothing here: a body is a tetrahedral mesh, which is neither cut nor stitched.")
+}
 /// What becomes of a stroke.
 pub const KEEP: &str = "Keep the shape";
 /// See [`KEEP`].

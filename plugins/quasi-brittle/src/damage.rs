@@ -16,7 +16,7 @@ pub const REST: usize = STRIDE + 1;
 pub struct Growth<'a, 'b, C> {
     /// The tetrahedra of the call.
     pub elements: &'a Elements<'a>,
-    /// The law.
+    /// From which damage follows: the equivalent strain of a deformation.
     pub law: &'a Law,
     /// The constants of an element of the call.
     pub constants: C,

@@ -50,14 +50,14 @@ pub struct Law {
 
 /// The state of an element as damage sees it.
 pub struct State {
-    /// Equivalent strain.
+    /// Equivalent strain (no unit): that of a pulled bar with the same energy, less where the element is pressed.
     pub strain: f64,
     /// Direction at rest of the largest principal stress.
     pub normal: Vec3,
 }
 
 impl Law {
-    /// Of Poisson's ratio and the ratio of compressive to tensile strength, 1 or more.
+    /// The law for Poisson's ratio and the ratio of compressive to tensile strength, 1 or more.
     pub fn new(poisson: f64, compression: f64) -> Self {
         let [shear, first_lame] = lame_constants(1.0, poisson);
         // Of small strains E = (C - I) / 2 the energy is at most (3 lambda / 2 + mu) |E|^2.

@@ -101,14 +101,14 @@ impl App {
         let view =
             DeviceView { centre: self.camera.target.coords, rotation: UnitQuaternion::from_rotation_matrix(&axes) };
         let news = model.hand.guide_device(&DeviceWish { view, buttons, force_share: share });
-        let paints_nothing = tool.paints() && model.facts.painted.is_empty();
+        let [idle, idle_other] = [tool, other.unwrap_or(tool)].map(|tool| model.facts.why_idle(tool));
         match news {
             HandNews::None => {}
             HandNews::Began { is_other } => {
                 let name = other.filter(|_| is_other).unwrap_or(tool).name();
                 self.log.event("stroke begins", &[("tool", name.into())]);
-                if paints_nothing {
-                    self.tell(strings::NOTHING_TO_PAINT.to_owned());
+                if let Some(why) = if is_other { idle_other } else { idle } {
+                    self.tell(why);
                 }
             }
             HandNews::Ended => self.log.event("stroke ends", &[("tool", tool.name().into())]),

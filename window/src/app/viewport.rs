@@ -178,9 +178,9 @@ impl App {
             _ => None,
         };
         let tool = other.unwrap_or(tool);
-        if began && tool.paints() && model.facts.painted.is_empty() {
+        if let Some(why) = model.facts.why_idle(tool).filter(|_| began) {
             self.keys.let_go();
-            self.tell(strings::NOTHING_TO_PAINT.to_owned());
+            self.tell(why);
             return hit;
         }
         if let (true, Some(ray)) = (began, ray) {

@@ -50,7 +50,7 @@ impl WeightedElements {
 struct Batch<'a> {
     weights: &'static CornerWeights,
     call: ElementCall<'a>,
-    /// Its stencils.
+    /// The stencils of its elements, as indices in the list of stencils.
     stencils: Range<usize>,
 }
 
