@@ -68,6 +68,8 @@ impl Body {
         }
         let shows_failure = lattice.has_failed_cells() || !self.failed_triangles.is_empty();
         if set.failed_count() == 0 && !shows_failure && self.failed_triangles.exposed.triangles.is_empty() {
+            let Discretization::Lattice(lattice) = &mut self.discretization else { return Ok(false) };
+            lattice.prepare_failure(set.nodes(), &self.model)?;
             return Ok(false);
         }
         self.withdraw_exposed_faces();

@@ -10,6 +10,7 @@ use crate::contact::inward;
 use crate::obstacle::MeshSurface;
 use pliant_mesh::tetrahedra::{FACES, NO_NEIGHBOUR, neighbours};
 use pliant_solver::Vec3;
+use std::collections::BTreeMap;
 
 /// Halvings of an edge of a tetrahedron that goes out of the body, for the place where it does: to the last bit of its length.
 const HALVINGS: usize = 50;
@@ -18,7 +19,7 @@ const ON_SURFACE: f64 = 1e-6;
 /// Spacing of the points of a triangle at which the tetrahedra it passes through are looked up, in edges of a cell.
 const SPACING: f64 = 0.5;
 
-/// What follows from the tetrahedra and the surface, whichever of them have failed; made when the first one fails.
+/// What follows from the tetrahedra and the surface, whichever of them have failed; made when the active cells are, for it takes many steps' time.
 struct FaceTable {
     /// Nodes of the tetrahedra it was made for (m x 4).
     nodes: Vec<[u32; 4]>,
@@ -33,6 +34,8 @@ struct FaceTable {
     is_inside: Vec<bool>,
     /// The surface of the file, for cubes that reach out of it.
     surface: Option<MeshSurface>,
+    /// Where edges that have been asked for go through it, as a share of the way from the lower node.
+    leaves: BTreeMap<[u32; 2], f64>,
 }
 
 /// The tetrahedra that have failed.
@@ -179,26 +182,27 @@ impl Lattice {
             return Ok(BrokenSurface::default());
         }
         self.failed.has_failed.extend(failed.iter().map(|failed| *failed != 0));
+        self.prepare_failure(nodes, model)?;
+        let Some(mut table) = self.failed.table.take() else { return Ok(BrokenSurface::default()) };
         let (nodes, _) = nodes.as_chunks::<4>();
-        let is_current = |table: &FaceTable| table.nodes == nodes && table.triangles == model.surface.triangles.len();
-        let table = match self.failed.table.take().filter(|table| is_current(table)) {
-            Some(table) => table,
-            None => Box::new(self.face_table(nodes, model)?),
-        };
         let has_failed = &self.failed.has_failed;
         let passed = |t: usize| &table.passes[table.starts[t] as usize..table.starts[t + 1] as usize];
         let is_gone = |t: usize| passed(t).iter().any(|tetrahedron| has_failed[*tetrahedron as usize]);
         let is_gone = (0..table.triangles).map(is_gone).collect();
         let mut exposed = Vec::new();
         let per_cell = self.tetrahedra_per_cell() as u32;
+        let mut leaves = std::mem::take(&mut table.leaves);
         for (tetrahedron, others) in table.neighbours.iter().enumerate().filter(|(e, _)| !has_failed[*e]) {
             for (face, other) in FACES.iter().zip(others) {
                 if *other != NO_NEIGHBOUR && has_failed[*other as usize] {
                     let corners = face.map(|corner| nodes[tetrahedron][corner]);
-                    self.clip(&table, corners, tetrahedron as u32 / per_cell, &mut exposed);
+                    let cell = tetrahedron as u32 / per_cell;
+                    let polygon = self.clip(&table, corners, &mut leaves);
+                    exposed.extend((2..polygon.len()).map(|i| ([polygon[0], polygon[i - 1], polygon[i]], cell)));
                 }
             }
         }
+        table.leaves = leaves;
         self.failed.table = Some(table);
         for (_, cell) in &exposed {
             // Contact looks for the surface in cells of this state alone.
@@ -207,8 +211,8 @@ impl Lattice {
         Ok(BrokenSurface { is_gone, exposed })
     }
 
-    /// Adds the part of a face that is inside of the body as triangles.
-    fn clip(&self, table: &FaceTable, corners: [u32; 3], cell: u32, out: &mut Vec<([EdgePlace; 3], u32)>) {
+    /// The part of a face that is inside of the body, as a polygon.
+    fn clip(&self, table: &FaceTable, corners: [u32; 3], leaves: &mut BTreeMap<[u32; 2], f64>) -> Vec<EdgePlace> {
         let is_inside = |node: u32| table.is_inside.get(node as usize).copied().unwrap_or(true);
         let mut polygon: Vec<EdgePlace> = Vec::with_capacity(4);
         for i in 0..3 {
@@ -217,19 +221,17 @@ impl Lattice {
                 polygon.push(EdgePlace { nodes: [from; 2], share: 0.0 });
             }
             if is_inside(from) != is_inside(to) {
-                polygon.extend(
-                    table.surface.as_ref().map(|surface| self.leaves_body(surface, from.min(to), from.max(to))),
-                );
+                let nodes = [from.min(to), from.max(to)];
+                let place = |surface| *leaves.entry(nodes).or_insert_with(|| self.leaves_body(surface, nodes));
+                polygon.extend(table.surface.as_ref().map(place).map(|share| EdgePlace { nodes, share }));
             }
         }
-        for i in 2..polygon.len() {
-            out.push(([polygon[0], polygon[i - 1], polygon[i]], cell));
-        }
+        polygon
     }
 
-    /// Where the edge between two nodes, one inside of the body and one outside, goes through its surface.
-    fn leaves_body(&self, surface: &MeshSurface, first: u32, second: u32) -> EdgePlace {
-        let (from, to) = (self.grid_rest(first), self.grid_rest(second));
+    /// Where the edge between two nodes, one inside of the body and one outside, goes through its surface, as a share of the way from the first.
+    fn leaves_body(&self, surface: &MeshSurface, nodes: [u32; 2]) -> f64 {
+        let [from, to] = nodes.map(|node| self.grid_rest(node));
         let distance = |share: f64| surface.nearest(from.lerp(&to, share)).distance;
         let is_first_inside = distance(0.0) <= ON_SURFACE * self.edge();
         let (mut low, mut high) = (0.0, 1.0);
@@ -240,7 +242,20 @@ impl Lattice {
                 false => high = middle,
             }
         }
-        EdgePlace { nodes: [first, second], share: 0.5 * (low + high) }
+        0.5 * (low + high)
+    }
+
+    /// Makes the table that failures need, if the one there is was made for other tetrahedra than those of these `nodes` (4 m) or for another surface.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(in crate::body) fn prepare_failure(&mut self, nodes: &[u32], model: &Model) -> Result<(), LatticeError> {
+        let (nodes, _) = nodes.as_chunks::<4>();
+        let is_current = |table: &FaceTable| table.nodes == nodes && table.triangles == model.surface.triangles.len();
+        if !self.failed.table.as_deref().is_some_and(is_current) {
+            self.failed.table = Some(Box::new(self.face_table(nodes, model)?));
+        }
+        Ok(())
     }
 
     /// Makes the table for these tetrahedra and the surface of a model.
@@ -277,6 +292,7 @@ impl Lattice {
             starts,
             is_inside,
             surface,
+            leaves: BTreeMap::new(),
         })
     }
 
