@@ -3,7 +3,7 @@
 
 use crate::arm::{Arm, ArmModel, ArmState};
 use pliant_engine::session::Session;
-use pliant_live::{HapticDevice, Servo, SimulationPort};
+use pliant_live::{HapticDevice, Rescaling, Servo, SimulationPort};
 use pliant_solver::Vec3;
 use std::sync::{Arc, Mutex};
 
@@ -54,6 +54,14 @@ impl Bout {
                 self.port.step(&mut self.session);
             }
         }
+    }
+
+    /// Goes on with another session: the devices stay, and tools begin where they touch.
+    pub fn hand_over(&mut self, mut next: Session, rescalings: &[Option<Rescaling>]) {
+        next.drive_tips();
+        next.resume_touching(&self.session.touching_proxies());
+        self.port = self.servo.hand_over(&next, rescalings);
+        self.session = next;
     }
 
     /// `ticks` in which nobody does anything.

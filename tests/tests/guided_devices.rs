@@ -293,3 +293,194 @@ fn a_tool_that_presses_stays_outside_when_a_stroke_begins_and_ends() {
         }
     }
 }
+
+/// Counts how often a device is read, stopped and closed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Calls {
+    reads: u64,
+    stops: u64,
+    closed: u64,
+}
+
+/// A device whose calls are counted.
+struct Counted<D>(D, Arc<Mutex<Calls>>);
+
+impl<D: HapticDevice> HapticDevice for Counted<D> {
+    fn device_info(&self) -> DeviceInfo {
+        self.0.device_info()
+    }
+
+    fn read(&mut self, time: u64, poses: &mut [Pose]) -> Status {
+        self.1.lock().unwrap().reads += 1;
+        self.0.read(time, poses)
+    }
+
+    fn write(&mut self, time: u64, outputs: &[EffectorOutput<'_>]) -> Status {
+        self.0.write(time, outputs)
+    }
+
+    fn stop_handle(&self) -> StopDevice {
+        let (stop, calls) = (self.0.stop_handle(), Arc::clone(&self.1));
+        Box::new(move || {
+            calls.lock().unwrap().stops += 1;
+            stop();
+        })
+    }
+}
+
+impl<D> Drop for Counted<D> {
+    fn drop(&mut self) {
+        self.1.lock().unwrap().closed += 1;
+    }
+}
+
+/// What is another in the session that an arm's hand goes on in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Change {
+    /// Nothing: a cut elsewhere, or settings that do not matter here.
+    Nothing,
+    /// A softer material.
+    Softer,
+    /// A stiffer material.
+    Stiffer,
+    /// A model of twice the size, around the hand and where the tool was.
+    Grown,
+}
+
+/// A session that is opened anew, for another material or shape, takes the device over: it is neither stopped nor closed, the force never changes faster than the
+/// slew of the hand, also not to zero, and where nothing is another it stays.
+#[test]
+fn a_session_that_is_opened_anew_keeps_device_and_force() {
+    let touch = KINDS.iter().copied().find(|kind| kind.name() == "touch").expect("a kind");
+    let touches = 1 << stroke_button(touch, Release::SpringBack, Default::default());
+    for size in [0.004, 0.1, 3.0] {
+        for change in [Change::Nothing, Change::Softer, Change::Stiffer, Change::Grown] {
+            let what = format!("{size} m, {change:?}");
+            let (session, draft) = drafted(size, &SOLIDS[1]);
+            let middle = session.bodies[0].model.surface.bounds().centre();
+            let reach = 0.5 * 0.7 * 0.2;
+            let way = move |t: f64| Vec3::new(0.0, 0.0, 0.1 - (0.1 - reach + 0.01) * t.min(1.0));
+            let (arm, state) = Arm::new(ArmModel::desktop(way));
+            let calls = Arc::new(Mutex::new(Calls::default()));
+            let (arm, hand) = (Counted(arm, Arc::clone(&calls)), draft.hand());
+            let scale = DeviceScale::fit(&arm.device_info(), hand.size, hand.coupling, hand.peak_force);
+            let (pointer, _handle) = PointerDevice::new(session.devices[0].facts);
+            let (device, mut guide) = GuidedDevice::new(Box::new(arm), pointer, scale);
+            let (other, _mirror) = PointerDevice::new(session.devices[1].facts);
+            let rotation = UnitQuaternion::identity();
+            guide.set(Guide { leads: true, centre: middle, rotation, force_share: 1.0, buttons: [touches; 3] });
+            let mut bout = Bout::with_devices(session, vec![Box::new(device), Box::new(other)], vec![state]);
+            bout.run(1500, 1);
+            let (before, ticks) = (bout.arm(0).force, bout.arm(0).forces.len());
+            assert!(before[2] > 0.1, "{what}: {before:?} N");
+            let (next, draft) = match change {
+                Change::Nothing => drafted(size, &SOLIDS[1]),
+                Change::Softer => drafted(size, &SOLIDS[0]),
+                Change::Stiffer => drafted(size, &SOLIDS[2]),
+                Change::Grown => drafted(2.0 * size, &SOLIDS[1]),
+            };
+            let now = draft.hand();
+            let rescaling = guide.rescale(now.size, now.coupling, now.peak_force);
+            bout.hand_over(next, &[Some(rescaling), None]);
+            bout.run(1000, 1);
+            let (seen, arm) = (*calls.lock().unwrap(), bout.arm(0));
+            assert!(!arm.stopped, "{what}");
+            assert_eq!(seen, Calls { reads: 2500, stops: 0, closed: 0 }, "{what}");
+            let slew = (hand.slew() * scale.force).max(now.slew() * guide.scale().force);
+            let mut last = before;
+            for (tick, force) in arm.forces[ticks..].iter().enumerate() {
+                let jump = (force - last).norm();
+                assert!(jump <= 1.001e-3 * slew, "{what}: tick {tick}: {last:?} to {force:?} N");
+                assert!(force.norm() <= 3.3 + 1e-9, "{what}: tick {tick}: {force:?} N");
+                let is_kept = change != Change::Nothing || (force - before).norm() < 0.5 * before.norm();
+                assert!(is_kept, "{what}: tick {tick}: {before:?} to {force:?} N");
+                last = *force;
+            }
+            // It presses still, from the same side.
+            assert!(last[2] > 0.02, "{what}: {last:?} N");
+            let is_as_before = change != Change::Nothing || (last - before).norm() < 0.15 * before.norm();
+            assert!(is_as_before, "{what}: {before:?} and then {last:?} N");
+        }
+    }
+}
+
+/// An undo under a hand that presses: the shape is another one, the tool is on its outside, and what is felt comes back within the slew.
+#[test]
+fn a_tool_that_presses_is_outside_after_an_undo() {
+    let touch = KINDS.iter().copied().find(|kind| kind.name() == "touch").expect("a kind");
+    let mask = |release| 1 << stroke_button(touch, release, Default::default());
+    let (felt, kept) = (mask(Release::SpringBack), mask(Release::Keep));
+    for size in [0.004, 0.1, 3.0] {
+        for depth in [0.02, 0.05, 0.1] {
+            let what = format!("{size} m, {depth} of it deep");
+            let (mut session, _) = drafted(size, &SOLIDS[1]);
+            session.keep_history();
+            let top = session.bodies[0].model.surface.bounds().centre() + 0.5 * size * Vec3::z();
+            let go = |session: &mut Session, from: f64, to: f64, buttons: u32| {
+                for step in 1..=60 {
+                    let height = from + (to - from) * f64::from(step) / 60.0;
+                    let position = top + height * size * Vec3::z();
+                    session.place_hand(0, Some(HandPose { position, rotation: UnitQuaternion::identity(), buttons }));
+                    session.step();
+                }
+                session.frame().tools[0]
+            };
+            go(&mut session, 0.1, -depth, kept);
+            let dented = go(&mut session, -depth, -1.2 * depth, felt);
+            assert!(dented.force.z > 0.0, "{what}: {} N", dented.force.z);
+            assert!(session.undo(), "{what}");
+            let undone = go(&mut session, -1.2 * depth, -1.2 * depth, felt);
+            assert!(undone.contact.is_some() && undone.force.z > dented.force.z, "{what}: {undone:?}");
+            assert!(undone.proxy.z > top.z - 1.2 * depth * size, "{what}: {undone:?}");
+            assert!(session.redo(), "{what}");
+            let redone = go(&mut session, -1.2 * depth, -1.2 * depth, felt);
+            assert!(redone.contact.is_some() && redone.force.z > 0.0, "{what}: {redone:?}");
+            let away = go(&mut session, -1.2 * depth, 0.1, felt);
+            assert!(away.contact.is_none() && away.force.norm() == 0.0, "{what}: it comes out: {away:?}");
+        }
+    }
+}
+
+/// How deep a hand may be, in radii of its tool, and still be outside when a stroke begins or ends there.
+#[test]
+fn a_tool_that_presses_deep_stays_outside() {
+    let touch = KINDS.iter().copied().find(|kind| kind.name() == "touch").expect("a kind");
+    let mask = |release| 1 << stroke_button(touch, release, Default::default());
+    let (felt, kept) = (mask(Release::SpringBack), mask(Release::Keep));
+    let mut failed = Vec::new();
+    for (index, solid) in SOLIDS.iter().enumerate() {
+        for size in [[0.1, 3.0], [3.0, 0.004], [0.004, 0.1]][index % 3] {
+            for radii in [2.0, 3.5, 5.0] {
+                let (mut session, draft) = drafted(size, solid);
+                let depth = radii * draft.hand().radius / size;
+                let top = session.bodies[0].model.surface.bounds().centre() + 0.5 * size * Vec3::z();
+                let mut go = |from: f64, to: f64, buttons: u32| {
+                    for step in 1..=60 {
+                        let height = from + (to - from) * f64::from(step) / 60.0;
+                        let position = top + height * size * Vec3::z();
+                        session
+                            .place_hand(0, Some(HandPose { position, rotation: UnitQuaternion::identity(), buttons }));
+                        session.step();
+                    }
+                    let tool = session.frame().tools[0];
+                    (tool.force.z, tool.contact, tool.proxy.z)
+                };
+                let what = format!("{size} m, {}, {radii} radii deep", solid.name);
+                let (first, contact, _) = go(0.1, -depth, felt);
+                if contact.is_none() {
+                    failed.push(format!("{what}: nothing met, {first} N"));
+                    continue;
+                }
+                for (turn, buttons) in [kept, felt, kept, felt].into_iter().enumerate() {
+                    let (force, contact, proxy) = go(-depth, -depth, buttons);
+                    if force <= -0.05 * first.abs() || contact.is_none() {
+                        let above = (proxy - top.z) / size + depth;
+                        failed.push(format!("{what}: turn {turn}: {force} N after {first} N, {contact:?}, {above}"));
+                        break;
+                    }
+                }
+            }
+        }
+    }
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+}

@@ -7,7 +7,7 @@ use crate::hand::HandPlace;
 use nalgebra::UnitQuaternion;
 use pliant_engine::session::Session;
 use pliant_engine::tool::Frame;
-use pliant_live::{DeviceScale, Guide, GuideHandle, GuidedDevice, HapticDevice, PointerDevice};
+use pliant_live::{DeviceScale, Guide, GuideHandle, GuidedDevice, HapticDevice, PointerDevice, Rescaling};
 use pliant_solver::Vec3;
 
 /// Where somebody looks at a scene from.
@@ -63,6 +63,17 @@ pub enum HandNews {
     Lost(&'static str),
 }
 
+/// What a tool (by index) of a session asks of a device, in the axes of its frame: the longest edge of the bodies (m), the stiffness of the coupling (N/m), and the
+/// peak force (N).
+fn asked_of_device(session: &Session, tool: usize) -> [f64; 3] {
+    let slot = &session.tools[tool];
+    let frame = session.devices[slot.device].frame;
+    let bodies = session.bodies.iter().map(|body| &body.model);
+    let models = bodies.chain(session.standing.iter().map(|(_, model)| model));
+    let size = models.map(|model| model.surface.bounds().longest_edge()).fold(0.0, f64::max);
+    [size / frame.scale, slot.tool.coupling.stiffness * frame.scale, slot.safety.limits().peak]
+}
+
 /// The hand of a device in the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviceHandState {
@@ -85,18 +96,32 @@ impl DeviceHand {
         (session, tool): (&Session, usize),
         name: String,
     ) -> (GuidedDevice, Self) {
-        let slot = &session.tools[tool];
-        let frame = session.devices[slot.device].frame;
-        let bodies = session.bodies.iter().map(|body| &body.model);
-        let models = bodies.chain(session.standing.iter().map(|(_, model)| model));
-        let size = models.map(|model| model.surface.bounds().longest_edge()).fold(0.0, f64::max);
-        let (coupling, peak) = (slot.tool.coupling.stiffness, slot.safety.limits().peak);
+        let frame = session.devices[session.tools[tool].device].frame;
+        let [size, coupling, peak] = asked_of_device(session, tool);
         let info = device.device_info();
-        let scale = DeviceScale::fit(&info, size / frame.scale, coupling * frame.scale, peak);
+        let scale = DeviceScale::fit(&info, size, coupling, peak);
         let peak_force = (scale.force * peak).min(info.peak_force);
         let (guided, handle) = GuidedDevice::new(device, pointer, scale);
         let guide = Guide { leads: true, ..Guide::default() };
         (guided, Self { handle, guide, frame, scale, name, peak_force, pressed: 0 })
+    }
+
+    /// Has the device go on with a tool (by index) of another session; gives the scale for [`pliant_live::LiveSession::hand_over`], which comes next. What its
+    /// buttons do in a stroke that is under way, they do until it ends.
+    pub fn continue_in(&mut self, session: &Session, tool: usize) -> Rescaling {
+        self.frame = session.devices[session.tools[tool].device].frame;
+        let [size, coupling, peak] = asked_of_device(session, tool);
+        let rescaling = self.handle.rescale(size, coupling, peak);
+        self.scale = self.handle.scale();
+        self.peak_force = (self.scale.force * peak).min(self.handle.device_info().peak_force);
+        rescaling
+    }
+
+    /// Has no button of the device begin a stroke until the next [`DeviceHand::advance`]: the session is about to be left for another one.
+    pub fn pause_strokes(&mut self) {
+        self.guide.buttons = [self.guide.buttons[0]; 3];
+        self.pressed = 0;
+        self.handle.set(self.guide);
     }
 
     /// Displacement in the scene for one of the device.

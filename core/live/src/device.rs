@@ -1,5 +1,6 @@
 //! Interface between the haptic thread and a device.
 
+use crate::guided::Rescaling;
 use pliant_host::{Device, DeviceInfo, EffectorOutput, Pose};
 use pliant_plugin_api::abi::Status;
 
@@ -21,6 +22,9 @@ pub trait HapticDevice: Send {
 
     /// The emergency stop of the device.
     fn stop_handle(&self) -> StopDevice;
+
+    /// Changes how lengths and forces are scaled, between two ticks; nothing for a device that scales nothing.
+    fn rescale(&mut self, _rescaling: &Rescaling) {}
 
     /// Names and values of the device's counters since it was opened; empty without counters. Not called on the haptic thread.
     fn counters(&self) -> Vec<(String, u64)> {

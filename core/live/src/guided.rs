@@ -30,6 +30,16 @@ const DEFAULT_WIDTH: f64 = 0.15;
 /// Share of the largest stable stiffness of a device that the coupling may have.
 const STIFFNESS_SHARE: f64 = 0.8;
 
+/// Scale of a new fit over the one before for which lengths keep theirs: the model takes half to all of the workspace.
+const LENGTHS_KEPT: std::ops::RangeInclusive<f64> = 0.5 / MODEL_SHARE..=1.0 / MODEL_SHARE;
+
+/// Force on the device for one in the scene, at a scale of lengths at which neither `coupling` (N/m) nor `peak_force` (N) are more than the device can render.
+fn force_scale(device: &DeviceInfo, length: f64, coupling: f64, peak_force: f64) -> f64 {
+    let force = (STIFFNESS_SHARE * device.stiffness / (coupling * length)).min(device.peak_force / peak_force);
+    // A device that renders no force needs no scale of it.
+    if force > 0.0 { force } else { 1.0 }
+}
+
 impl DeviceScale {
     /// The scale at which a model of this `size` (m) fits into the workspace, and at which neither the `coupling` (N/m) nor the `peak_force` (N) of the hand in
     /// the scene are more than the device can render.
@@ -37,9 +47,7 @@ impl DeviceScale {
         let [left, bottom, _, right, top, _] = device.workspace;
         let width = (right - left).min(top - bottom);
         let length = size / (MODEL_SHARE * if width > 0.0 { width } else { DEFAULT_WIDTH });
-        let force = (STIFFNESS_SHARE * device.stiffness / (coupling * length)).min(device.peak_force / peak_force);
-        // A device that renders no force needs no scale of it.
-        Self { length, force: if force > 0.0 { force } else { 1.0 } }
+        Self { length, force: force_scale(device, length, coupling, peak_force) }
     }
 
     /// Limits of a device as those of the hand in the scene, with one effector and buttons for every edit.
@@ -59,6 +67,23 @@ impl DeviceScale {
             peak_torque: device.peak_torque * self.length / self.force,
             ..*device
         }
+    }
+}
+
+/// A new scale of a guided device, for a session that takes the device over from another one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rescaling {
+    before: DeviceScale,
+    scale: DeviceScale,
+    /// Limits of the device at the new scale.
+    pub(crate) info: DeviceInfo,
+}
+
+impl Rescaling {
+    /// A force, and a torque, in the scene at the new scale over what the device renders alike at the old one.
+    pub(crate) fn factors(&self) -> [f64; 2] {
+        let [force, length] = [self.before.force / self.scale.force, self.before.length / self.scale.length];
+        [force, force / length]
     }
 }
 
@@ -108,12 +133,38 @@ pub struct GuidedHand {
 pub struct GuideHandle {
     guide: Input<Guide>,
     hand: Output<GuidedHand>,
+    /// Scale and limits of the device.
+    scale: DeviceScale,
+    device: DeviceInfo,
 }
 
 impl GuideHandle {
     /// Asks for this; a new place of the workspace is reached within a tenth of a second.
     pub fn set(&mut self, guide: Guide) {
         self.guide.write(guide);
+    }
+
+    /// The scale at which the device fits another session, see [`DeviceScale::fit`]. Lengths keep their scale as long as the model takes between half and all of
+    /// the workspace, so that the hand does not jump when a model has grown or shrunk a little. The device has the new scale once the session has the device.
+    pub fn rescale(&mut self, size: f64, coupling: f64, peak_force: f64) -> Rescaling {
+        let (before, device) = (self.scale, self.device);
+        let mut scale = DeviceScale::fit(&device, size, coupling, peak_force);
+        if LENGTHS_KEPT.contains(&(scale.length / before.length)) {
+            scale =
+                DeviceScale { length: before.length, force: force_scale(&device, before.length, coupling, peak_force) };
+        }
+        self.scale = scale;
+        Rescaling { before, scale, info: scale.info(&device) }
+    }
+
+    /// How lengths and forces are scaled.
+    pub fn scale(&self) -> DeviceScale {
+        self.scale
+    }
+
+    /// Limits of the device itself.
+    pub fn device_info(&self) -> DeviceInfo {
+        self.device
     }
 
     /// The hand at the last tick.
@@ -167,7 +218,7 @@ impl GuidedDevice {
             lost: None,
             force: Vec3::zeros(),
         };
-        (device, GuideHandle { guide: asked, hand: seen })
+        (device, GuideHandle { guide: asked, hand: seen, scale, device: own })
     }
 
     /// What is in force at `time` (ns): place, rotation and force follow what is asked for, all else is taken at once.
@@ -261,6 +312,10 @@ impl HapticDevice for GuidedDevice {
 
     fn stop_handle(&self) -> StopDevice {
         self.device.stop_handle()
+    }
+
+    fn rescale(&mut self, rescaling: &Rescaling) {
+        (self.scale, self.info) = (rescaling.scale, rescaling.info);
     }
 
     fn counters(&self) -> Vec<(String, u64)> {

@@ -33,12 +33,14 @@
 mod deadline;
 mod device;
 mod guided;
+mod handover;
 mod haptic_thread;
 mod histogram;
 mod pointer;
 mod priority;
 mod realtime;
 mod servo;
+mod servo_session;
 mod servo_torque;
 mod session;
 mod snapshots;
@@ -48,7 +50,7 @@ mod view;
 mod watchdog;
 
 pub use device::{HapticDevice, StopDevice};
-pub use guided::{DeviceScale, Guide, GuideHandle, GuidedDevice, GuidedHand};
+pub use guided::{DeviceScale, Guide, GuideHandle, GuidedDevice, GuidedHand, Rescaling};
 pub use histogram::{Histogram, Percentiles};
 pub use pointer::{PointerDevice, PointerHandle};
 pub use realtime::{RealtimeStatus, ThreadUsage};

@@ -45,6 +45,15 @@ impl ServoTorque {
         safety.pass_live(frame.to_device(self.simulated), HandTurn { rotation: self.rotation, age }, dt)
     }
 
+    /// Goes on from the torque of another session on the same effector; `factor` is a torque of this one over the same torque of that one.
+    pub(crate) fn resume(&mut self, before: &Self, factor: f64) {
+        self.simulated = factor * before.simulated;
+        (self.last, self.rotation) = (before.last.clone(), before.rotation);
+        if let (Some(now), Some(before)) = (&mut self.safety, &before.safety) {
+            now.resume(before, factor);
+        }
+    }
+
     /// Sets the torque to zero at once: the hand or the device is gone.
     pub(crate) fn release(&mut self) {
         self.last = None;

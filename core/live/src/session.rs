@@ -2,14 +2,19 @@
 
 use crate::deadline::Pacer;
 use crate::device::HapticDevice;
+use crate::guided::Rescaling;
+use crate::handover::Handover;
 use crate::haptic_thread::{Clock, HapticResult, ThreadSignals, start};
 use crate::realtime::RealtimeStatus;
-use crate::servo::{Servo, ServoTool};
+use crate::servo::Servo;
+use crate::servo_session::{ServoSession, ServoTool};
 use crate::snapshots::{DeviceLoss, HandSamples, SimulationPort};
 use crate::summary::{DeviceCounts, HandSummary, LiveSummary};
 use crate::view::ViewWriter;
 use crate::watchdog::Watchdog;
-use pliant_engine::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, Session, TouchingProxy};
+use pliant_engine::tool::Frame;
+use pliant_host::DeviceInfo;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -45,6 +50,9 @@ pub struct LiveGauges {
 /// Largest waiting time for the first tick, ns.
 const FIRST_TICK_TIMEOUT: u64 = 500_000_000;
 
+/// Time between two looks at whether the haptic thread has taken a session.
+const HANDOVER_POLL: Duration = Duration::from_micros(100);
+
 /// A session in real time. The simulation runs on the caller's thread. Dropping it stops the devices and ends the other threads, also during a panic.
 pub struct LiveSession {
     clock: Clock,
@@ -63,6 +71,11 @@ pub struct LiveSession {
     reported: Vec<bool>,
     /// Names of the devices in their order.
     names: Vec<String>,
+    /// Limits of the devices in their order.
+    infos: Vec<DeviceInfo>,
+    /// Frames of the devices in their order.
+    frames: Vec<Frame>,
+    handover: Arc<Handover>,
 }
 
 impl LiveSession {
@@ -91,8 +104,9 @@ impl LiveSession {
         session.drive_tips();
         let reported = vec![false; devices.len()];
         let names = session.devices.iter().map(|slot| slot.name.clone()).collect();
+        let infos = devices.iter().map(|device| device.device_info()).collect();
         let (servo, port) = Servo::new(session, devices, settings.rate);
-        let view = settings.view;
+        let (view, handover) = (settings.view, Arc::clone(&servo.handover));
         let (rate, signals, clock) = (servo.rate(), Arc::new(ThreadSignals::default()), Clock::start());
         let watchdog = Watchdog::start(servo.stop_handles(), Arc::clone(&signals))?;
         let haptic = Some(start(servo, clock, Arc::clone(&signals))?);
@@ -102,7 +116,64 @@ impl LiveSession {
         }
         let (began, dt) = (clock.now(), session.dt());
         let pacer = Pacer::new(began, dt);
-        Ok(Self { clock, signals, haptic, watchdog, port, view, pacer, rate, began, steps: 0, dt, reported, names })
+        Ok(Self {
+            clock,
+            signals,
+            haptic,
+            watchdog,
+            port,
+            view,
+            pacer,
+            rate,
+            began,
+            steps: 0,
+            dt,
+            reported,
+            names,
+            infos,
+            frames: frames_of(session),
+            handover,
+        })
+    }
+
+    /// Goes on with another session, whose devices are those of this one: they stay open, the haptic thread never stops, and forces go on from the last
+    /// ones within their limits. Tools begin where proxies of the same name touch. `rescalings` has a new scale for each device that gets one. Steps and
+    /// times begin anew; ticks go on.
+    ///
+    /// # Errors
+    /// Gives the live session back where the devices cannot be those of the other session: it has another number of them or other frames, or the haptic
+    /// thread has ended.
+    pub fn hand_over(
+        mut self,
+        next: &mut Session,
+        touching: &[TouchingProxy],
+        rescalings: &[Option<Rescaling>],
+        view: Option<ViewWriter>,
+    ) -> Result<Self, Box<Self>> {
+        if frames_of(next) != self.frames || !self.is_alive() {
+            return Err(Box::new(self));
+        }
+        next.drive_tips();
+        next.resume_touching(touching);
+        let (servo, port) = ServoSession::rescaled(next, &self.infos, rescalings);
+        for (info, rescaling) in self.infos.iter_mut().zip(rescalings) {
+            *info = rescaling.map_or(*info, |rescaling| rescaling.info);
+        }
+        self.handover.offer(Box::new(servo));
+        while self.handover.is_offered() && self.is_alive() {
+            sleep(HANDOVER_POLL);
+        }
+        drop(self.handover.clear());
+        // The tick after the one that took it has poses.
+        let (ticks, limit) = (self.signals.ticks_begun.load(Ordering::Relaxed), self.clock.now() + FIRST_TICK_TIMEOUT);
+        while self.signals.ticks_begun.load(Ordering::Relaxed) < ticks + 2 && self.clock.now() < limit {
+            sleep(HANDOVER_POLL);
+        }
+        self.names = next.devices.iter().map(|slot| slot.name.clone()).collect();
+        (self.port, self.view, self.steps, self.dt) = (port, view, 0, next.dt());
+        self.began = self.clock.now();
+        self.pacer = Pacer::new(self.began, self.dt);
+        Ok(self)
     }
 
     /// Wall-clock time since the start, s.
@@ -179,13 +250,17 @@ impl LiveSession {
             (summary.period, summary.lateness) = (ended.period.percentiles(), ended.lateness.percentiles());
             (summary.latency, summary.contact_age) =
                 (ended.latency.percentiles(), ended.servo.contact_age.percentiles());
-            summary.hands = ended.servo.tools.iter().map(summarize_hand).collect();
+            summary.hands = ended.servo.session.tools.iter().map(summarize_hand).collect();
             let counters = self.names.iter().cloned().zip(ended.servo.counters());
             let counters = counters.filter(|(_, counters)| !counters.is_empty());
             summary.devices = counters.map(|(name, counters)| (name, counters.into_iter().collect())).collect();
         }
         summary
     }
+}
+
+fn frames_of(session: &Session) -> Vec<Frame> {
+    session.devices.iter().map(|slot| slot.frame).collect()
 }
 
 /// Force safety and samples of one tool's hand.

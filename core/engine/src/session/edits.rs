@@ -20,12 +20,12 @@ impl Session {
             if before == now {
                 continue;
             }
-            let stays = self.tools[tool].tool.proxy_in_touch().filter(|_| now.is_some());
+            let touching = self.tools[tool].touching_proxy().filter(|_| now.is_some());
             let cuts = self.history.cuts.advances;
             self.end_edit(tool);
             // A hand that presses is inside of the body: the next edit meets the surface from outside, where the proxy is. A cut may have taken that away.
-            if let Some(position) = stays.filter(|_| self.history.cuts.advances == cuts) {
-                self.tools[tool].tool.proxy.position = position;
+            if let Some(proxy) = touching.filter(|_| self.history.cuts.advances == cuts) {
+                self.resume_touching(&[proxy]);
             }
             if let Some(edit) = now {
                 if self.plan.edits[edit].kind.changes_topology() {
@@ -38,6 +38,7 @@ impl Session {
             let bodies = self.bodies.len();
             let action = now.map(|edit| &self.plan.edits[edit]).map(|edit| edit.kind.begin(edit, &slot.tool, bodies));
             slot.tool.set_action(action);
+            slot.begin_where_asked();
         }
     }
 

@@ -103,12 +103,14 @@ impl Session {
         if self.history().0 == 0 {
             return false;
         }
+        let touching = self.touching_proxies();
         self.end_edits();
         self.history.strength_of = None;
         let Some(before) = self.history.done.pop() else { return false };
         let now = self.save();
         self.history.undone.push(now);
         self.restore_state(&before);
+        self.resume_touching(&touching);
         true
     }
 
@@ -117,12 +119,14 @@ impl Session {
         if self.history.undone.is_empty() {
             return false;
         }
+        let touching = self.touching_proxies();
         self.end_edits();
         self.history.strength_of = None;
         let Some(after) = self.history.undone.pop() else { return false };
         let now = self.save();
         self.history.done.push(now);
         self.restore_state(&after);
+        self.resume_touching(&touching);
         true
     }
 

@@ -22,6 +22,7 @@ mod open;
 mod opening_devices;
 mod opening_warnings;
 mod place;
+mod proxy_places;
 mod ray_miss;
 mod recorded;
 mod sculpt_layers;
@@ -51,6 +52,7 @@ pub use level_choice::LevelChosen;
 pub use mirror::Mirror;
 pub use obstacles::ObstacleSummary;
 pub use open::Options;
+pub use proxy_places::TouchingProxy;
 pub use sculpt_layers::SculptLayerState;
 use sculpt_layers::SculptLayers;
 pub use shared::SharedParts;
@@ -157,6 +159,8 @@ pub struct ToolSlot {
     ongoing: Ongoing,
     /// The edit that was active at an undo; it does not continue.
     taken_back: Option<usize>,
+    /// Where the proxy is when the next edit begins; `None`: at the hand.
+    begins_at: Option<proxy_places::Begin>,
     /// Number of advances of its blade in the active edit.
     advances: usize,
     /// Previous position of the tool, m; `None` if it was absent.

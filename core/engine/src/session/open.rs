@@ -520,6 +520,7 @@ impl Opening<'_> {
             restitution,
             ongoing: Default::default(),
             taken_back: None,
+            begins_at: None,
             advances: 0,
             was: None,
             turned: None,

@@ -109,6 +109,11 @@ impl TipMass {
         self.implicit_force = Some(force);
     }
 
+    /// Puts the tip at a position (m), at rest; from there it follows the hand.
+    pub fn begin_at(&mut self, position: Vec3) {
+        *self = Self { position, led: true, ..Self::new(self.mass) };
+    }
+
     /// Marks the hand as absent; the tip starts again at rest where a hand returns.
     pub fn leave(&mut self) {
         self.led = false;

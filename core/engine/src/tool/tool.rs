@@ -242,11 +242,6 @@ impl Tool {
         self.release_to_hand(hand);
     }
 
-    /// Position of the proxy while a surface keeps it from the hand, m.
-    pub(crate) fn proxy_in_touch(&self) -> Option<Vec3> {
-        self.proxy.touch.map(|_| self.proxy.position)
-    }
-
     /// Moves the proxy to the hand, without contact and loads.
     pub(crate) fn release_to_hand(&mut self, hand: &Hand) {
         self.proxy.touch = None;

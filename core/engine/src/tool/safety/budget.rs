@@ -31,6 +31,11 @@ impl Budget {
         self.peak + over * (self.continuous - self.peak)
     }
 
+    /// Goes on from the heat of another budget; `factor` is a force of this one over the same force of that one.
+    pub fn resume(&mut self, before: &Self, factor: f64) {
+        self.mean_square = factor * factor * before.mean_square;
+    }
+
     /// Adds a force (N) applied for `dt` (s) to the moving average.
     pub fn record(&mut self, force: Vec3, dt: f64) {
         let weight = (dt / WINDOW).min(1.0);

@@ -192,6 +192,16 @@ impl ForceSafety {
         }
     }
 
+    /// Goes on from the last force and the heat of the motors of another force safety of the same effector. `factor` is a force of this one over the same force
+    /// of that one. The energy balance goes on where forces have the same scale, and is reset otherwise.
+    pub fn resume(&mut self, before: &Self, factor: f64) {
+        self.last = factor * before.last;
+        self.budget.resume(&before.budget, factor);
+        if let (Some(now), Some(before), true) = (&mut self.passivity, &before.passivity, factor == 1.0) {
+            now.resume(before);
+        }
+    }
+
     /// Number of forces each cause has changed.
     pub fn counts(&self) -> impl Iterator<Item = (Cause, u64)> + '_ {
         Cause::ALL.into_iter().map(|cause| (cause, self.counts[cause as usize]))

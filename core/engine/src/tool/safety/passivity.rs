@@ -133,6 +133,13 @@ impl Passivity {
         self.force = force;
     }
 
+    /// Goes on from the energy balance and the motion of another observer of the same hand, with forces of the same scale.
+    pub fn resume(&mut self, before: &Self) {
+        self.energy = before.energy.clamp(-self.max_energy, self.max_energy);
+        (self.force, self.positions) = (before.force, before.positions);
+        (self.next, self.filled) = (before.next, before.filled);
+    }
+
     /// Sets the balance to zero and empties the history: the hand was released.
     pub fn reset(&mut self) {
         (self.energy, self.force, self.next, self.filled) = (0.0, Vec3::zeros(), 0, 0);

@@ -68,6 +68,11 @@ impl TorqueSafety {
         self.at_lever.release();
     }
 
+    /// Goes on from another torque safety of the same effector, as [`ForceSafety::resume`]; `factor` is a torque of this one over the same torque of that one.
+    pub fn resume(&mut self, before: &Self, factor: f64) {
+        self.at_lever.resume(&before.at_lever, factor * before.lever / self.lever);
+    }
+
     /// Number of torques each cause has changed.
     pub fn counts(&self) -> impl Iterator<Item = (Cause, u64)> + '_ {
         self.at_lever.counts()
