@@ -21,7 +21,8 @@ _OF_SESSION = ("substance", "preset", "plugin", "young", "density", "fabric", "l
 class DeviceControl:
     """Has a device lead the hand on a mesh, as long as the mode goes on.
 
-    The session is opened anew, and the device with it, when the mesh or the settings change by something else: undo, an operator, a slider.
+    The session is opened anew when the mesh or the settings change by something else: undo, an operator, a slider. The device stays open meanwhile and goes on
+    with the new session.
     """
 
     def __init__(self, editing: Editing, choice: DeviceChoice) -> None:
@@ -40,12 +41,8 @@ class DeviceControl:
         editing = self._editing
         if editing.device is None:
             self.start(context)
-        elif editing.is_mesh_changed():
-            editing.drop()
-            self.start(context)
-        elif self._are_settings_new(context):
-            self.finish()
-            self.start(context)
+        elif editing.is_mesh_changed() or self._are_settings_new(context):
+            self._go_on(context)
         kind = editing.show_device(wish_of(context))
         if kind is not None:
             _push_undo(kind)
@@ -55,6 +52,18 @@ class DeviceControl:
         reason = editing.device.state.reason
         self.finish()
         return reason
+
+    def _go_on(self, context: bpy.types.Context) -> None:
+        """Have the device go on, on the mesh and with the settings as they are now; it is not closed."""
+        obj = self._editing.object()
+        self._opened_with, self._steady = _signature(context, obj), 0
+        try:
+            kind = self._editing.go_on_with_device(self._choice, wish_of(context))
+        except Exception:
+            self._editing.drop()
+            raise
+        if kind is not None:
+            _push_undo(kind)
 
     def finish(self) -> None:
         """Take the hand from the device; a stroke that is under way ends as if its button had been let go."""

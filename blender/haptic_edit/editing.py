@@ -323,8 +323,8 @@ class MeshEdit:
         self._keep_steps(self._start, self.session.steps)
         return len(self.session.triangles(BODY)) != self.triangles
 
-    def give_hand(self, plugin: str, **keys: object) -> pliant.DeviceHand:
-        """Give the hand to a device until :meth:`rest`; `keys` as for :meth:`pliant.Hand.follow`."""
+    def give_hand(self, plugin: str | pliant.DeviceHand, **keys: object) -> pliant.DeviceHand:
+        """Give the hand to a device until :meth:`rest`; `plugin` and `keys` as for :meth:`pliant.Hand.follow`."""
         used = self.mesh.vertices[self.mesh.corners]
         middle = 0.5 * (used.min(axis=0) + used.max(axis=0))
         self.triangles = len(self.session.triangles(BODY))

@@ -42,6 +42,8 @@ class Editing:
         # A device that has the hand, and folders from which its library may be named by its path.
         self.device: DeviceStrokes | None = None
         self.allowed: tuple[str, ...] = ()
+        # Whether a session that is opened anew leaves the one before open, until it has given its device away; and that one.
+        self._takes_over, self._replaced = False, None
         # Frames until the poses of a device's hand are taken.
         self._until_taken = FRAMES_TAKEN
         # Coordinates that were shown last while a device had the hand, and how far they were from those before, over the size of the mesh.
@@ -77,15 +79,18 @@ class Editing:
         known = self._edit is not None and mesh.has_faces_of(self._edit.mesh)
         self._is_open = self._is_open if known else mesh.is_open()
         inverse = np.linalg.inv(mesh_io.to_scene_matrix(obj))
-        is_same = known and np.array_equal(inverse, self._inverse) and self._has_places_of(mesh)
+        # The session of a device is under way: it says no positions.
+        is_same = known and not self._takes_over and np.array_equal(inverse, self._inverse) and self._has_places_of(mesh)
         # Sizes are relative to the mesh when its session was opened: a stroke may change it.
         settings = settings_of(obj, self._edit.mesh if is_same else mesh, self._is_open, self._warnings)
         obstacles = mesh_io.read_obstacles(self.name)
         if is_same and settings == self._settings and self._has_obstacles(obstacles):
             self._seen = self._edit.surface()
             return
-        self.close()
-        self._edit = MeshEdit(mesh, settings, obstacles, self.allowed)
+        before = self._edit if self._takes_over else None
+        if before is None:
+            self.close()
+        self._edit, self._replaced = MeshEdit(mesh, settings, obstacles, self.allowed), before
         handover.watch(self)
         self._warnings += [f"[{warning.code}] {warning.args[0]}" for warning in self._edit.warnings()]
         self._settings, self._inverse = settings, inverse
@@ -158,6 +163,35 @@ class Editing:
         self._start, self._key = mesh_io.coordinates(obj), mesh_io.active_key(obj)
         self._shown, self._moved = self._start, 0.0
         self.device = DeviceStrokes(self._edit, choice, wish)
+
+    def go_on_with_device(self, choice: DeviceChoice, wish: Wish) -> str | None:
+        """Have the device that has the hand go on with it on the mesh as it is now, without closing it. A stroke that is under way is given up if the mesh is
+        another one, as after undo, and finished otherwise; give the edit kind of one that is finished and in the mesh.
+        """
+        obj, before = self._require(), self.device
+        kind = None
+        if not self.is_mesh_changed():
+            kind = before.finish()
+            if kind is not None:
+                self._remember(False)
+            elif self._settings.fabric is None:
+                # What was felt of a solid springs back.
+                mesh_io.set_coordinates(obj, self._start)
+        before.keep_poses()
+        self._takes_over = True
+        try:
+            self.device = None
+            self.prepare()
+            self.device = DeviceStrokes(self._edit, choice, wish, before)
+        finally:
+            self._takes_over = False
+            replaced, self._replaced = self._replaced, None
+            if replaced is not None:
+                replaced.close()
+        self._start, self._key = mesh_io.coordinates(obj), mesh_io.active_key(obj)
+        self._shown, self._moved = self._start, 0.0
+        self.tool = None
+        return kind
 
     def show_device(self, wish: Wish) -> str | None:
         """Guide the device that has the hand, and copy the newest positions into the mesh: what the timer does. Give the edit kind of a stroke that has

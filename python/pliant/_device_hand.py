@@ -114,6 +114,19 @@ class DeviceHand(Live):
         status = "lost" if reason else "waiting" if vectors["position"] is None else "ready"
         return DeviceState(status=status, reason=reason, **(given | vectors))
 
+    def pause(self) -> list[UsedPose]:
+        """Stop, and leave the device open for another session.
+
+        The haptic thread goes on and what the device feels fades within 150 ms, until :meth:`Hand.follow` of another session is given this hand. :meth:`stop`
+        closes the device.
+
+        Returns
+        -------
+        list of UsedPose
+            As of :meth:`Live.stop`.
+        """
+        return list(self._poses(self._native.stop(keep_device=True)))
+
     def stop(self) -> list[UsedPose]:
         """Close the device and stop; the session goes on step by step, with the hand away.
 
@@ -123,7 +136,9 @@ class DeviceHand(Live):
             As of :meth:`Live.stop`.
         """
         _running.discard(self)
-        return super().stop()
+        poses = super().stop()
+        self._native.close_kept()
+        return poses
 
 
 # Devices that are open.

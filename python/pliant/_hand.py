@@ -39,13 +39,13 @@ class Hand:
 
     def follow(
         self,
-        device: str,
+        device: str | DeviceHand,
         params: Mapping[str, Any] | None = None,
         *,
         view: Any = None,
         centre: ArrayLike | None = None,
-        buttons: Buttons = (0, [0], [1]),
-        force_share: float = 1.0,
+        buttons: Buttons | None = None,
+        force_share: float | None = None,
     ) -> DeviceHand:
         """Give the hand to a haptic device, in real time, until the result is stopped; until then the session itself is busy.
 
@@ -56,8 +56,10 @@ class Hand:
 
         Parameters
         ----------
-        device : str
-            One of :func:`devices`, or the path of a library in a folder of the session's `allow_plugins`, with ``#`` and an id if it has several devices.
+        device : str or DeviceHand
+            One of :func:`devices`, or the path of a library in a folder of the session's `allow_plugins`, with ``#`` and an id if it has several devices. Or the hand
+            of another session: its device goes on with this one. It stays open and its force never changes faster than the slew of the hand; tools begin where
+            those of the same name touch. The other session is stopped as by :meth:`DeviceHand.stop`; poses that nobody has taken of it are lost.
         params : mapping, optional
             Parameters of the device, with ``_`` for ``-``: numbers in SI units or texts with a unit such as ``"10 mm"``.
         view : array_like or Rotation, optional
@@ -67,9 +69,10 @@ class Hand:
             m (3), where the middle of the device's workspace is; the middle of the bodies by default.
         buttons : tuple
             Buttons of the scene that are pressed while no button of the device is, while its first is, and while only another is; each as for
-            :meth:`go`. By default none, button 0 and button 1.
-        force_share : float
-            Share of the force that the device can render, 0 to 1.
+            :meth:`go`. By default none, button 0 and button 1; with a hand of another session all stay as they were asked for there, and `params` are not
+            allowed.
+        force_share : float, optional
+            Share of the force that the device can render, 0 to 1, by default 1.
 
         Returns
         -------
@@ -84,8 +87,32 @@ class Hand:
         texts = [(key.replace("_", "-"), _text(key, value)) for key, value in (params or {}).items()]
         place = None if centre is None else as_place("centre", centre)
         looking = (place, as_rotation("view", view))
-        given = as_masks(buttons)
-        return DeviceHand(self._session, self._session.follow(self._tool, (device, texts), looking, given, force_share), device)
+        if isinstance(device, DeviceHand):
+            return self._follow_on(device, texts, (place, None if view is None else looking[1]), buttons, force_share)
+        given = as_masks((0, [0], [1]) if buttons is None else buttons)
+        share = 1.0 if force_share is None else force_share
+        return DeviceHand(self._session, self._session.follow(self._tool, (device, texts), looking, given, share), device)
+
+    def _follow_on(
+        self,
+        hand: DeviceHand,
+        params: list[tuple[str, str]],
+        view: tuple[tuple[float, ...] | None, tuple[float, ...] | None],
+        buttons: Buttons | None,
+        force_share: float | None,
+    ) -> DeviceHand:
+        """Give the hand to the device that has one of another session."""
+        if params:
+            raise PliantError(f"params has `{params[0][0]}`, and the device is open; allowed are none")
+        if hand._session is self._session:
+            raise PliantError("the hand is one of this session; allowed is that of another session, or DeviceHand.guide")
+        hand.pause()
+        try:
+            given = None if buttons is None else as_masks(buttons)
+            live = self._session.follow_on(self._tool, hand._native, view, given, force_share)
+        finally:
+            hand.stop()
+        return DeviceHand(self._session, live, hand.device)
 
     def leave(self) -> None:
         """Take the hand away: its tool lets go of everything."""

@@ -6,7 +6,7 @@
 
 use super::failure::{Failure, Kind, contained};
 use super::live_clock::ClockPlayer;
-use super::live_device::{Lead, LedHand, play_with_device};
+use super::live_device::{KeptDevice, Lead, LedHand, play_with_device};
 use super::model::Found;
 use super::open_session::Open;
 use pliant_editor::DeviceWish;
@@ -63,6 +63,8 @@ pub(super) struct Shared {
     pub(super) used: Mutex<Vec<UsedPose>>,
     view: Mutex<View>,
     pub(super) stop: AtomicBool,
+    /// Whether the device that has a hand stays open when the thread ends.
+    pub(super) keeps_device: AtomicBool,
     /// Told when a view is there or the thread ends.
     news: Condvar,
 }
@@ -80,6 +82,8 @@ pub struct Ended {
     pub open: Open,
     /// Why it ended by itself, if it did.
     pub done: Result<(), Failure>,
+    /// The device that had a hand, if it is kept.
+    pub device: Option<KeptDevice>,
 }
 
 /// A session under way; dropping it ends the thread.
@@ -109,12 +113,15 @@ impl LiveThread {
                 Some(lead) => play_with_device(session, lead, &theirs),
                 None => {
                     ClockPlayer::new(session, &theirs).play();
-                    Ok(())
+                    Ok(None)
                 }
             });
             theirs.stop.store(true, Ordering::Relaxed);
             theirs.news.notify_all();
-            Ended { open, done }
+            match done {
+                Ok(device) => Ended { open, done: Ok(()), device },
+                Err(failure) => Ended { open, done: Err(failure), device: None },
+            }
         });
         match started {
             Ok(thread) => Ok(Self { shared, thread: Some(thread), process: std::process::id() }),
@@ -166,6 +173,11 @@ impl LiveThread {
     /// Whether the thread still goes on: it ends by itself after a fault.
     pub fn is_alive(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+    }
+
+    /// Has a device that has a hand stay open when the thread is ended by [`LiveThread::stop`].
+    pub fn keep_device(&self) {
+        self.shared.keeps_device.store(true, Ordering::Relaxed);
     }
 
     /// Ends the thread and gives the session back, with the poses of its hands that nobody has taken.

@@ -6,11 +6,12 @@
 use super::failure::{Failure, Kind};
 use super::live::{Publisher, Shared, UsedPose, lock};
 use pliant_editor::{DeviceHand, DeviceHandState, DeviceWish, HandNews, HandPlace};
-use pliant_engine::session::{HandPose, Session};
+use pliant_engine::session::{HandPose, Session, TouchingProxy};
 use pliant_engine::tool::Frame;
 use pliant_host::{Device, POSE_VALID, Pose};
 use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, PointerHandle};
 use std::collections::BTreeMap;
+use std::sync::atomic::Ordering;
 
 /// s, in which a hand that Python sends somewhere gets there: a frame
 const GLIDE: f64 = 1.0 / 60.0;
@@ -19,11 +20,33 @@ const GLIDE: f64 = 1.0 / 60.0;
 pub struct Lead {
     /// Index of the tool.
     pub tool: usize,
-    /// The opened device.
-    pub device: Device,
+    /// The device.
+    pub device: LeadDevice,
     /// Plugin of the device.
     pub name: String,
     /// What is asked of it from the start.
+    pub wish: DeviceWish,
+}
+
+/// Where a device that shall have a hand comes from.
+pub enum LeadDevice {
+    /// It was opened for it.
+    Opened(Device),
+    /// It had a hand of another session.
+    Kept(Box<KeptDevice>),
+}
+
+/// A device that has had a hand of a session that is no longer played: its haptic thread goes on, and what it feels fades within 150 ms. Dropping it closes the
+/// device.
+pub struct KeptDevice {
+    live: LiveSession,
+    hand: DeviceHand,
+    pointers: Vec<(PointerHandle, Frame)>,
+    touching: Vec<TouchingProxy>,
+    strokes: u64,
+    /// Plugin of the device.
+    pub name: String,
+    /// What was asked of it last.
     pub wish: DeviceWish,
 }
 
@@ -75,39 +98,28 @@ pub fn check_tool(session: &Session, tool: usize) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Steps in real time until it is asked to end.
-pub(super) fn play_with_device(session: &mut Session, lead: Lead, shared: &Shared) -> Result<(), Failure> {
+/// Steps in real time until it is asked to end. Gives the device if that is to be kept.
+pub(super) fn play_with_device(
+    session: &mut Session,
+    lead: Lead,
+    shared: &Shared,
+) -> Result<Option<KeptDevice>, Failure> {
     let tools = session.tools.iter().enumerate().filter(|(_, slot)| slot.mirror.is_none()).map(|(index, _)| index);
     // From now on all hands are the device's or Python's.
     for tool in tools.collect::<Vec<_>>() {
         session.place_hand(tool, None);
     }
     let Lead { tool, device, name, wish } = lead;
-    let of_device = session.tools[tool].device;
-    let (mut devices, mut pointers) = (Vec::<Box<dyn HapticDevice>>::new(), Vec::new());
-    let mut real = Some(device);
-    let mut hand = None;
-    for (index, slot) in session.devices.iter().enumerate() {
-        let (pointer, handle) = PointerDevice::new(slot.facts);
-        pointers.push((handle, slot.frame));
-        devices.push(match real.take_if(|_| index == of_device) {
-            None => Box::new(pointer),
-            Some(real) => {
-                let (guided, of_device) = DeviceHand::give(Box::new(real), pointer, (session, tool), name.clone());
-                hand = Some(of_device);
-                Box::new(guided)
-            }
-        });
-    }
-    let mut hand = hand.expect("a tool has a device");
+    let Started { live, mut hand, pointers, strokes } = match device {
+        LeadDevice::Opened(device) => Started::open(session, tool, device, &name, &wish)?,
+        LeadDevice::Kept(kept) => Started::go_on(session, tool, *kept)?,
+    };
     hand.advance(&wish);
-    let live = LiveSession::start_with_devices(session, devices, LiveSettings::default())
-        .map_err(|error| Failure::new(Kind::File, format!("the system gives no thread: {error}")))?;
     let led = LedHand {
         device: name,
         state: DeviceHandState::default(),
         length_scale: hand.length_scale(),
-        strokes: 0,
+        strokes,
         in_stroke: false,
         lost: None,
     };
@@ -116,6 +128,65 @@ pub(super) fn play_with_device(session: &mut Session, lead: Lead, shared: &Share
     // The hand goes back to Python, away from the bodies.
     session.place_hand(tool, None);
     done
+}
+
+/// A live session whose device has begun to have a hand.
+struct Started {
+    live: LiveSession,
+    hand: DeviceHand,
+    pointers: Vec<(PointerHandle, Frame)>,
+    /// Strokes begun before.
+    strokes: u64,
+}
+
+impl Started {
+    /// With a device that was opened for it, and pointers in the place of all others.
+    fn open(
+        session: &mut Session,
+        tool: usize,
+        device: Device,
+        name: &str,
+        wish: &DeviceWish,
+    ) -> Result<Self, Failure> {
+        let of_device = session.tools[tool].device;
+        let (mut devices, mut pointers) = (Vec::<Box<dyn HapticDevice>>::new(), Vec::new());
+        let mut real = Some(device);
+        let mut hand = None;
+        for (index, slot) in session.devices.iter().enumerate() {
+            let (pointer, handle) = PointerDevice::new(slot.facts);
+            pointers.push((handle, slot.frame));
+            devices.push(match real.take_if(|_| index == of_device) {
+                None => Box::new(pointer),
+                Some(real) => {
+                    let given = DeviceHand::give(Box::new(real), pointer, (session, tool), name.to_owned());
+                    hand = Some(given.1);
+                    Box::new(given.0)
+                }
+            });
+        }
+        let mut hand = hand.expect("a tool has a device");
+        hand.advance(wish);
+        let live = LiveSession::start_with_devices(session, devices, LiveSettings::default())
+            .map_err(|error| Failure::new(Kind::File, format!("the system gives no thread: {error}")))?;
+        Ok(Self { live, hand, pointers, strokes: 0 })
+    }
+
+    /// With the devices of another session.
+    fn go_on(session: &mut Session, tool: usize, kept: KeptDevice) -> Result<Self, Failure> {
+        let KeptDevice { live, mut hand, pointers, touching, strokes, name, .. } = kept;
+        let of_device = session.tools[tool].device;
+        let rescaling = hand.continue_in(session, tool);
+        let rescalings: Vec<_> =
+            (0..session.devices.len()).map(|device| (device == of_device).then_some(rescaling)).collect();
+        let live = live.hand_over(session, &touching, &rescalings, None).map_err(|_| {
+            let text = format!(
+                "device `{name}` cannot go on in this session, and is closed: its haptic thread has ended, or the session has another number of devices or \
+                 other frames of them; allowed is a session whose devices have the frames of the one before"
+            );
+            Failure::new(Kind::Argument, text)
+        })?;
+        Ok(Self { live, hand, pointers, strokes })
+    }
 }
 
 /// Steps the session with its devices, on the thread of a [`super::live::LiveThread`], and guides the device that has a hand.
@@ -133,7 +204,7 @@ struct DevicePlayer<'a> {
 }
 
 impl DevicePlayer<'_> {
-    fn play(mut self) -> Result<(), Failure> {
+    fn play(mut self) -> Result<Option<KeptDevice>, Failure> {
         let mut publisher = Publisher::new(self.shared);
         let mut is_alive = true;
         while is_alive && !self.shared.is_stopped() {
@@ -147,13 +218,21 @@ impl DevicePlayer<'_> {
             }
         }
         let lost_time = self.live.gauges().lost_time;
+        if is_alive && self.led.lost.is_none() && self.shared.keeps_device.load(Ordering::Relaxed) {
+            self.hand.pause_strokes();
+            publisher.publish(self.session, lost_time, Some(self.led.clone()));
+            let wish = (*lock(&self.shared.wish)).expect("it was there when the device began to have the hand");
+            let Self { session, live, hand, led, pointers, .. } = self;
+            let (touching, strokes, name) = (session.touching_proxies(), led.strokes, led.device);
+            return Ok(Some(KeptDevice { live, hand, pointers, touching, strokes, name, wish }));
+        }
         // The device is closed before anybody hears of the end.
         let panicked = self.live.finish().panicked;
         publisher.publish(self.session, lost_time, Some(self.led));
         if panicked || !is_alive {
             return Err(Failure::new(Kind::Panic, "the haptic thread ended with a fault; the device is closed"));
         }
-        Ok(())
+        Ok(None)
     }
 
     /// Sends hands that Python moves where they are to go.

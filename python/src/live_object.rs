@@ -3,7 +3,7 @@
 use super::arrays::copy_rows;
 use super::failure::{Failure, Kind};
 use super::live::{Ended, LiveThread, UsedPose, View};
-use super::live_device::LedHand;
+use super::live_device::{KeptDevice, LedHand};
 use super::session::Session;
 use super::states::{hand_pose, tool_dict};
 use numpy::{PyArray1, PyArray2, PyReadwriteArray2};
@@ -17,6 +17,8 @@ use std::time::Duration;
 #[pyclass(frozen, module = "pliant._native")]
 pub struct Live {
     thread: Mutex<Option<LiveThread>>,
+    /// The device that had a hand, for another session.
+    kept: Mutex<Option<KeptDevice>>,
     session: Py<Session>,
     /// Names of the bodies that move.
     bodies: Vec<String>,
@@ -26,7 +28,12 @@ pub struct Live {
 impl Live {
     /// Of a thread that has the session of `session`.
     pub fn of(thread: LiveThread, session: Py<Session>, bodies: Vec<String>, tools: Vec<String>) -> Self {
-        Self { thread: Mutex::new(Some(thread)), session, bodies, tools }
+        Self { thread: Mutex::new(Some(thread)), kept: Mutex::default(), session, bodies, tools }
+    }
+
+    /// The device that was kept when the thread was stopped.
+    pub fn take_kept(&self) -> Option<KeptDevice> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
     /// Does something with the thread, which is there until it is stopped.
@@ -212,22 +219,34 @@ impl Live {
         tool_dict(py, &felt, &self.bodies)
     }
 
-    /// Ends the thread; the session goes on step by step. Gives the poses of hands that nobody has taken.
-    fn stop<'py>(&self, py: Python<'py>) -> PyResult<PoseArrays<'py>> {
+    /// Ends the thread; the session goes on step by step. Gives the poses of hands that nobody has taken. With `keep_device` a device that has a hand stays open for
+    /// another session, see [`Session::follow_on`].
+    #[pyo3(signature = (keep_device=false))]
+    fn stop<'py>(&self, py: Python<'py>, keep_device: bool) -> PyResult<PoseArrays<'py>> {
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(thread) = thread else { return Ok(pose_arrays(py, &[])) };
+        if keep_device {
+            thread.keep_device();
+        }
         let ended = py.detach(|| thread.stop());
         let session = self.session.get();
-        let (Ended { mut open, done }, used) = match ended {
+        let (Ended { mut open, done, device }, used) = match ended {
             Ok(ended) => ended,
             Err(failure) => {
                 session.end_live(None);
                 return Err(failure.into());
             }
         };
+        *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = device;
         open.invalidate(py);
         session.end_live(done.is_ok().then_some(open));
         done?;
         Ok(pose_arrays(py, &used))
+    }
+
+    /// Closes a device that was kept, if there is one.
+    fn close_kept(&self, py: Python<'_>) {
+        let kept = self.take_kept();
+        py.detach(|| drop(kept));
     }
 }

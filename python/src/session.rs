@@ -6,7 +6,7 @@ use super::failure::{Failure, Kind, contained};
 use super::law::check_signals;
 use super::lease::lend;
 use super::live::LiveThread;
-use super::live_device::{Lead, check_tool};
+use super::live_device::{Lead, LeadDevice, check_tool};
 use super::live_object::{GivenWish, Live};
 use super::model::{Found, names};
 use super::open::{OpenOptions, Opened, SceneText, open};
@@ -221,7 +221,30 @@ impl Session {
         let (dt, search) = (session.dt(), search.clone());
         let opened =
             py.detach(|| contained(|| request.open(&search, dt).map_err(|error| Failure::new(Kind::Plugin, error))))?;
-        go_live(this, access, Some(Lead { tool, device: opened, name: plugin, wish }))
+        go_live(this, access, Some(Lead { tool, device: LeadDevice::Opened(opened), name: plugin, wish }))
+    }
+
+    /// Goes on in real time with the device that had a hand of another session and was kept when that was stopped. What is `None` stays as it was asked for last.
+    fn follow_on(
+        this: &Bound<'_, Self>,
+        tool: &str,
+        before: &Live,
+        view: (Option<[f64; 3]>, Option<[f64; 4]>),
+        buttons: Option<[u32; 3]>,
+        force_share: Option<f64>,
+    ) -> PyResult<Live> {
+        let (centre, rotation) = view;
+        let mut access = this.get().access()?;
+        let open = access.open()?;
+        let tool = open.tool(tool)?;
+        check_tool(&open.opened.session, tool)?;
+        let Some(mut kept) = before.take_kept() else {
+            let text = "the hand has no device: it was lost, closed, or has gone to another session; allowed is the name of a device";
+            return Err(Failure::argument(text).into());
+        };
+        GivenWish { centre, rotation, buttons, force_share }.apply(&mut kept.wish)?;
+        let (name, wish) = (kept.name.clone(), kept.wish);
+        go_live(this, access, Some(Lead { tool, device: LeadDevice::Kept(Box::new(kept)), name, wish }))
     }
 
     /// Ends the session; arrays of its positions stay as they are.
