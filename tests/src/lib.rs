@@ -7,6 +7,7 @@ pub mod arm;
 pub mod bar;
 pub mod batch;
 pub mod bout;
+pub mod breaking;
 pub mod cloth;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 pub mod faults;

@@ -28,8 +28,7 @@ impl CutMesh {
         self.write_without(|_| false, document, points, material, out)
     }
 
-    /// Writes the cut model without the triangles that have failed: a face is left out if all of its triangles have failed, a piece of a face that is
-    /// divided if the piece is. Rows of vertices that nothing uses any more stay. `document` is the one the mesh was made from, `points` (n x 3, m) are the current positions of the vertices of
+    /// Writes the cut model without the triangles that have failed: of a face of which some have failed the others are written. Rows of vertices that nothing uses any more stay. `document` is the one the mesh was made from, `points` (n x 3, m) are the current positions of the vertices of
     /// [`CutMesh::surface`]. Normals rotate with the triangles that refer to them; a row whose corners rotate differently is duplicated.
     ///
     /// A mesh without cuts and displacements is written back byte for byte. Uncut faces keep their lines; cut faces become triangles with the
@@ -63,7 +62,7 @@ impl CutMesh {
             normals: &new_normals,
             faces: self.changed_faces(&has_failed, document, &original, &number, &turned),
             added: (0..self.surface.triangles.len() as u32)
-                .filter(|&t| self.is_cap(t))
+                .filter(|&t| self.is_cap(t) && !has_failed(t))
                 .map(|t| self.rows(t, &number, &turned))
                 .collect(),
             name: material,
@@ -104,19 +103,16 @@ impl CutMesh {
             (before as u32..self.surface.triangles.len() as u32).filter(|&t| !self.is_cap(t) && !self.is_lid(t));
         let split: BTreeSet<u32> = split.map(|t| self.surface.face_of[t as usize]).collect();
         changed.extend(split.iter().map(|&face| (face, Vec::new())));
-        let of_file = || zip(&self.surface.face_of, 0..).filter(|(_, t)| !self.is_cap(*t) && !self.is_lid(*t));
-        let mut left_out: BTreeSet<u32> = of_file().filter(|(_, t)| has_failed(*t)).map(|(face, _)| *face).collect();
-        if !left_out.is_empty() {
-            of_file().filter(|(_, t)| !has_failed(*t)).for_each(|(face, _)| _ = left_out.remove(face));
-            changed.extend(left_out.iter().map(|&face| (face, Vec::new())));
-        }
+        let of_file = zip(&self.surface.face_of, 0..).filter(|(_, t)| !self.is_cap(*t) && !self.is_lid(*t));
+        let broken: BTreeSet<u32> = of_file.filter(|(_, t)| has_failed(*t)).map(|(face, _)| *face).collect();
+        changed.extend(broken.iter().map(|&face| (face, Vec::new())));
         for (number, face) in self.surface.face_of.iter().enumerate() {
             if let Some(triangles) = changed.get_mut(face) {
                 triangles.push(number as u32);
             }
         }
         let polygons = |(face, triangles): (u32, Vec<u32>)| {
-            let whole = if split.contains(&face) || left_out.contains(&face) {
+            let whole = if split.contains(&face) || broken.contains(&face) {
                 None
             } else {
                 self.renamed(document, original, face, &triangles, number, turned)

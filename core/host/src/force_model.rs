@@ -18,7 +18,15 @@ impl ForceModel for Material {
     }
 
     fn last_warning(&self) -> Option<String> {
-        self.instance.last_warning()
+        self.instance.inbox().last_warning()
+    }
+
+    fn element_warning(&self) -> Option<String> {
+        self.instance.inbox().element_warning()
+    }
+
+    fn forget_element_warning(&self) {
+        self.instance.inbox().forget_element_warning();
     }
 
     fn requests(&self) -> &[ElementRequest] {
@@ -28,7 +36,9 @@ impl ForceModel for Material {
     fn rest(&self, call: &ElementCall<'_>, out: &mut [f64]) -> Result<(), ForceError> {
         let rest = self.table.rest.expect("checked");
         // SAFETY: [sim & active]; `out` holds the planes of all elements.
-        Ok(self.instance.run("rest", || unsafe { rest(self.instance.plugin(), &batch(call), out.as_mut_ptr()) })?)
+        Ok(self
+            .instance
+            .run_about_elements("rest", || unsafe { rest(self.instance.plugin(), &batch(call), out.as_mut_ptr()) })?)
     }
 
     fn directed_rest(
@@ -44,7 +54,7 @@ impl ForceModel for Material {
         assert_eq!(directions.len(), count);
         let rest = self.directions.and_then(|table| table.rest).expect("checked when it was opened");
         // SAFETY: [sim & active]; a direction for each element; `out` holds the planes of all elements.
-        Ok(self.instance.run("rest", || unsafe {
+        Ok(self.instance.run_about_elements("rest", || unsafe {
             rest(self.instance.plugin(), &batch(call), directions.as_ptr().cast(), out.as_mut_ptr())
         })?)
     }

@@ -258,16 +258,24 @@ impl Instance {
         self.quarantined.load(Ordering::Relaxed)
     }
 
-    /// The last warning of the plugin.
-    pub(crate) fn last_warning(&self) -> Option<String> {
-        // SAFETY: as in `messages`.
-        unsafe { &*self.inbox }.last_warning()
+    /// Makes a call in which warnings of the plugin are about elements, and turns its status into a result.
+    pub(crate) fn run_about_elements(
+        &self,
+        call: &'static str,
+        make: impl FnOnce() -> Status,
+    ) -> Result<(), HostError> {
+        self.run(call, || self.inbox().about_elements(make))
+    }
+
+    /// The inbox of the plugin's messages.
+    pub(crate) fn inbox(&self) -> &Inbox {
+        // SAFETY: the inbox lives until this is dropped, and is `Sync`.
+        unsafe { &*self.inbox }
     }
 
     /// Messages of the plugin since the last call.
     pub(crate) fn messages(&self) -> NewMessages {
-        // SAFETY: the inbox lives until this is dropped, and is `Sync`.
-        unsafe { &*self.inbox }.take()
+        self.inbox().take()
     }
 
     /// Descriptor of the plugin, which is of `kind`.

@@ -2,8 +2,8 @@
 
 use pliant_plugin_api::abi;
 use std::ffi::{CStr, c_char};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard};
 
 /// One message of a plugin.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,6 +30,8 @@ pub(crate) struct Inbox {
     lines: Mutex<Lines>,
     /// Number of messages dropped since the last read.
     dropped: AtomicU64,
+    /// Number of calls under way in which a warning is about elements.
+    element_calls: AtomicU32,
 }
 
 /// Largest number of unread messages.
@@ -43,7 +45,9 @@ struct Lines {
     count: usize,
     /// Slots; the first `count` are in use.
     slots: [Line; CAPACITY],
-    /// The last warning, which stays when messages are taken.
+    /// The last warning about elements, which stays when messages are taken.
+    element_warning: Option<Line>,
+    /// The last warning about anything else, which stays too.
     warning: Option<Line>,
 }
 
@@ -58,7 +62,12 @@ struct Line {
 
 impl Default for Lines {
     fn default() -> Self {
-        Self { count: 0, slots: [Line { severity: 0, text: [0; SLOT] }; CAPACITY], warning: None }
+        Self {
+            count: 0,
+            slots: [Line { severity: 0, text: [0; SLOT] }; CAPACITY],
+            element_warning: None,
+            warning: None,
+        }
     }
 }
 
@@ -80,16 +89,37 @@ impl Line {
 impl Inbox {
     /// Messages since the last call.
     pub(crate) fn take(&self) -> NewMessages {
-        let mut lines = self.lines.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut lines = self.lines();
         let messages = lines.slots[..lines.count].iter().map(Line::message).collect();
         lines.count = 0;
         NewMessages { messages, lost: self.dropped.swap(0, Ordering::Relaxed) }
     }
 
-    /// Text of the last warning, whether messages were taken since or not.
+    /// Text of the last warning that was not about elements, whether messages were taken since or not.
     pub(crate) fn last_warning(&self) -> Option<String> {
-        let lines = self.lines.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        lines.warning.as_ref().map(|line| line.message().text)
+        self.lines().warning.as_ref().map(|line| line.message().text)
+    }
+
+    /// Text of the last warning about elements since [`Inbox::forget_element_warning`].
+    pub(crate) fn element_warning(&self) -> Option<String> {
+        self.lines().element_warning.as_ref().map(|line| line.message().text)
+    }
+
+    /// Forgets the warning about elements, which are about to be looked at anew.
+    pub(crate) fn forget_element_warning(&self) {
+        self.lines().element_warning = None;
+    }
+
+    /// Makes a call in which every warning is about elements.
+    pub(crate) fn about_elements<T>(&self, make: impl FnOnce() -> T) -> T {
+        self.element_calls.fetch_add(1, Ordering::Relaxed);
+        let made = make();
+        self.element_calls.fetch_sub(1, Ordering::Relaxed);
+        made
+    }
+
+    fn lines(&self) -> MutexGuard<'_, Lines> {
+        self.lines.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     /// Stores a message, or counts it as lost.
@@ -100,7 +130,10 @@ impl Inbox {
         };
         let line = Line::new(severity, text);
         if severity == abi::WARNING {
-            lines.warning = Some(line);
+            match self.element_calls.load(Ordering::Relaxed) {
+                0 => lines.warning = Some(line),
+                _ => lines.element_warning = Some(line),
+            }
         }
         let at = lines.count;
         if at < CAPACITY {
@@ -147,5 +180,17 @@ mod tests {
         inbox.push(abi::INFO, b"line");
         assert_eq!(inbox.take().messages[3].text, "doubt 3");
         assert_eq!(inbox.last_warning().as_deref(), Some("doubt 39"), "of a full inbox too, and for good");
+    }
+
+    #[test]
+    fn warnings_about_elements_are_kept_apart_until_elements_are_looked_at_anew() {
+        let inbox = Inbox::default();
+        inbox.push(abi::WARNING, b"no driver");
+        inbox.about_elements(|| inbox.push(abi::WARNING, b"too wide"));
+        inbox.push(abi::WARNING, b"slow");
+        let told = || (inbox.element_warning(), inbox.last_warning());
+        assert_eq!(told(), (Some("too wide".into()), Some("slow".into())));
+        inbox.forget_element_warning();
+        assert_eq!(told(), (None, Some("slow".into())));
     }
 }

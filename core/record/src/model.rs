@@ -3,8 +3,9 @@
 use crate::atomic::{AtomicFile, error_at};
 use pliant_engine::body::{Body, CutMesh, FailedTriangles};
 use pliant_mesh::geometry::Vec3;
-use pliant_mesh::obj::WriteError;
+use pliant_mesh::obj::{Corner, Patch, WriteError};
 use pliant_mesh::{ObjDocument, Placement, Surface};
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -90,8 +91,8 @@ impl<'a> ModelShape<'a> {
     }
 
     /// Writes the OBJ document. Lines of vertices that have not moved, and all other lines, stay byte for byte; normals rotate with the faces
-    /// around them. Faces all of whose triangles have failed are left out, of a face that a cut has divided the pieces that have failed, and with
-    /// them vertices that no other face uses. Faces that a cut has made inside of the body, or that elements which have failed have brought to light, get the OBJ
+    /// around them. Of faces with triangles that have failed the others are written as triangles,
+    /// and vertices that nothing uses any more are left out. Faces that a cut has made inside of the body, or that elements which have failed have brought to light, get the OBJ
     /// material `cap_material`, or `fracture` if that is empty; those of failed elements come last, with their vertices before them.
     ///
     /// # Errors
@@ -104,8 +105,8 @@ impl<'a> ModelShape<'a> {
         if self.failed_triangles.is_empty() {
             return self.write_whole(cap_material, out);
         }
-        let (document, is_kept) = self.without_failed(cap_material)?;
-        document.write_faces(&is_kept, out)
+        let document = self.without_failed(cap_material)?;
+        document.write_faces(&vec![true; document.face_count()], out)
     }
 
     /// Writes the OBJ document as [`ModelShape::write`], and tells where the vertices are in it.
@@ -123,7 +124,8 @@ impl<'a> ModelShape<'a> {
             self.write_whole(cap_material, &mut bytes)?;
             return Ok(WrittenModel { bytes, row_of });
         }
-        let (document, is_kept) = self.without_failed(cap_material)?;
+        let document = self.without_failed(cap_material)?;
+        let is_kept = vec![true; document.face_count()];
         document.write_faces(&is_kept, &mut bytes)?;
         let kept = document.kept_vertices(&is_kept);
         let rows = kept.iter().filter(|row| **row != NO_ROW).count() as u32;
@@ -159,21 +161,38 @@ impl<'a> ModelShape<'a> {
         Ok(())
     }
 
-    /// The written document with faces that have failed or without them, and which of its faces are to be kept.
-    fn without_failed(&self, cap_material: &str) -> io::Result<(ObjDocument, Vec<bool>)> {
+    /// The written document without what has failed, with all rows.
+    fn without_failed(&self, cap_material: &str) -> io::Result<ObjDocument> {
         let mut bytes = Vec::new();
         self.write_whole(cap_material, &mut bytes)?;
-        let document = ObjDocument::parse(bytes, Path::new("model.obj")).map_err(io::Error::other)?;
-        // After a cut the mesh has left them out itself.
-        let mut is_kept = vec![self.cut.is_some(); document.face_count()];
-        if self.cut.is_none() {
-            let of_face = Surface::from_document(self.document).face_of.into_iter().zip(0..);
-            of_face.for_each(|(face, triangle)| is_kept[face as usize] |= !self.failed_triangles.contains(triangle));
-        }
-        Ok((document, is_kept))
+        ObjDocument::parse(bytes, Path::new("model.obj")).map_err(io::Error::other)
     }
 
-    /// Writes the document with all rows, and with all faces except those that a cut mesh leaves out because they have failed.
+    /// Of each face of the document with triangles that have failed, those that have not, as rows of positions, texture coordinates and normals.
+    fn broken_faces(&self) -> BTreeMap<u32, Vec<Vec<[u32; 3]>>> {
+        let mut broken = BTreeMap::new();
+        if self.failed_triangles.is_empty() {
+            return broken;
+        }
+        let surface = Surface::from_document(self.document);
+        let of_face = || surface.face_of.iter().zip(0..);
+        for (face, _) in of_face().filter(|(_, triangle)| self.failed_triangles.contains(*triangle)) {
+            broken.insert(*face, Vec::new());
+        }
+        for (face, triangle) in of_face().filter(|(_, triangle)| !self.failed_triangles.contains(*triangle)) {
+            let Some(pieces) = broken.get_mut(face) else { continue };
+            let corners = self.document.face(*face as usize).map_or(&[][..], |face| face.corners);
+            let rows = |v: u32| {
+                let corner = corners.iter().find(|corner| corner.v == v);
+                let row = |of: fn(&Corner) -> Option<u32>| corner.and_then(of).unwrap_or(NO_ROW);
+                [v, row(Corner::vt), row(Corner::vn)]
+            };
+            pieces.push(surface.triangles[triangle as usize].map(rows).to_vec());
+        }
+        broken
+    }
+
+    /// Writes the document with all rows, and without triangles that have failed.
     fn write_whole(&self, cap_material: &str, out: &mut impl Write) -> io::Result<()> {
         let other = |error: WriteError| io::Error::other(error.to_string());
         let Self { document, placement, original, present, failed_triangles, cut } = *self;
@@ -189,6 +208,7 @@ impl<'a> ModelShape<'a> {
                 .map_err(other);
         }
         let points = placement.bring_back(document.positions(), original, present);
-        document.write_deformed(&points, out).map_err(other)
+        let patch = Patch { faces: self.broken_faces(), ..Patch::default() };
+        document.write_deformed_patched(&points, patch, out).map_err(other)
     }
 }

@@ -83,7 +83,15 @@ pub trait ForceModel: Send + Sync {
         self.name().to_owned()
     }
 
-    /// What the model last found doubtful about its elements, for people; `None` where nothing is.
+    /// What the model found doubtful about its elements since [`ForceModel::forget_element_warning`], for people; `None` where nothing is.
+    fn element_warning(&self) -> Option<String> {
+        None
+    }
+
+    /// Forgets what was doubtful about elements, whose rest data are about to be written anew.
+    fn forget_element_warning(&self) {}
+
+    /// The last warning of the model that is not about its elements, for people; `None` where it gave none.
     fn last_warning(&self) -> Option<String> {
         None
     }

@@ -82,6 +82,7 @@ impl System {
     /// # Errors
     /// Returns the error of the material.
     pub fn prepare(&mut self) -> Result<(), ForceError> {
+        self.forget_element_warning();
         for set in &mut self.sets {
             set.prepare(&*self.material, &self.nodes)?;
         }
@@ -98,11 +99,19 @@ impl System {
         Ok(())
     }
 
+    /// Has the material forget what was doubtful about elements, if there are some to be looked at anew.
+    fn forget_element_warning(&self) {
+        if self.sets.iter().any(|set| set.count() > 0) {
+            self.material.forget_element_warning();
+        }
+    }
+
     /// Recomputes rest data. Call it after rest positions alone have changed.
     ///
     /// # Errors
     /// Returns the error of the material.
     pub fn rest(&mut self) -> Result<(), ForceError> {
+        self.forget_element_warning();
         self.sets.iter_mut().try_for_each(|set| set.rest(&*self.material, &self.nodes))
     }
 

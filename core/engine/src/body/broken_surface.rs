@@ -47,10 +47,15 @@ impl Body {
         }
         let known = self.model.surface.triangles.len();
         let count = known - triangles.len();
-        Arc::make_mut(&mut self.model).truncate(first_vertex as usize, count);
+        let model = Arc::make_mut(&mut self.model);
+        model.truncate(first_vertex as usize, count);
+        model.measure_edges(triangles.iter().flatten().copied().filter(|v| *v < first_vertex));
         let mut settled = std::mem::take(&mut self.skin.settled);
         Arc::make_mut(&mut settled).truncate(first_vertex as usize);
         self.skin.take_cut(&self.model, settled, &[], count as u32..known as u32);
+        if let Discretization::Lattice(lattice) = &mut self.discretization {
+            lattice.withdraw_surface_cells();
+        }
         // They are found anew with the next look at the elements.
         self.failed_triangles.outdate();
     }
@@ -93,6 +98,9 @@ impl Body {
         gone.for_each(|t| tree.remove(t));
         lattice.set_loose(Vec::new());
         self.add_exposed_faces(&broken.exposed);
+        if let Discretization::Lattice(lattice) = &mut self.discretization {
+            lattice.measure_longest_edges(&self.model)?;
+        }
         self.list_loose_vertices();
         self.sample_broken_surface()?;
         self.update_tints()?;

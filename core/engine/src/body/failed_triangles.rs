@@ -80,11 +80,14 @@ impl Body {
         let able = || sets.iter().filter(|set| set.has(abi::CAN_FAIL));
         let (failed, all): (usize, usize) =
             able().fold((0, 0), |(f, a), set| (f + set.failed_count(), a + set.count()));
-        let mut is_held = vec![able().next().is_none(); nodes.len()];
-        for set in able() {
-            let corners = set.nodes().len() / set.count().max(1);
-            let left = set.nodes().chunks_exact(corners.max(1)).zip(set.failed()).filter(|(_, failed)| **failed == 0);
-            left.flat_map(|(nodes, _)| nodes).for_each(|node| is_held[*node as usize] = true);
+        // By elements that are left or cannot fail; one that has a single node holds it on nothing.
+        let mut is_held = vec![false; nodes.len()];
+        for set in sets.iter().filter(|set| set.stencil() > 1) {
+            let has_failed = |element: usize| set.failed().get(element).is_some_and(|failed| *failed != 0);
+            let left = set.nodes().chunks_exact(set.stencil()).enumerate();
+            let left =
+                left.filter(|(stencil, _)| (0..set.parts()).any(|part| !has_failed(stencil * set.parts() + part)));
+            left.flat_map(|(_, nodes)| nodes).for_each(|node| is_held[*node as usize] = true);
         }
         let loose: f64 = nodes.mass.iter().zip(&is_held).filter(|(_, held)| !**held).map(|(mass, _)| mass).sum();
         let fate = if loose > 0.0 {
@@ -92,7 +95,7 @@ impl Body {
         } else {
             "all mass hangs on elements that are left".into()
         };
-        format!("{failed} of {all} elements; {fate}")
+        format!("{failed} of {all} elements that can fail; {fate}")
     }
 
     /// Brings the triangles that have failed up to date with the elements, and marks those that have changed for viewers. Returns what has changed since the last

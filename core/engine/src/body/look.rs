@@ -46,7 +46,8 @@ impl Model {
         let face = self.surface.face_of[triangle as usize];
         let document_face = document.face(face as usize);
         let material = document_face.map_or(CAP, |face| face.attributes.material.unwrap_or(ABSENT));
-        if let Some(mesh) = cut {
+        // Faces that have come to light are not the cut mesh's.
+        if let Some(mesh) = cut.filter(|mesh| (triangle as usize) < mesh.surface().triangles.len()) {
             let (texture, shading) = mesh.corner_rows(triangle);
             let texcoord = |row: u32| mesh.texcoords().get(row as usize).map_or([0.0; 2], |uv| uv.map(|c| c as f32));
             return Some(TriangleLook { corners, texture: texture.map(texcoord), shading, face, material });

@@ -158,6 +158,16 @@ impl Model {
         (first..self.surface.triangles.len() as u32).for_each(|t| self.connect(t));
     }
 
+    /// Finds the longest edges at vertices anew, after triangles around them have gone.
+    pub(super) fn measure_edges(&mut self, vertices: impl Iterator<Item = u32>) {
+        for v in vertices {
+            let points = &self.surface.points;
+            let around = self.around(v).iter().flat_map(|t| self.surface.triangles[*t as usize]);
+            let edges = around.map(|other| distance(points[v as usize], points[other as usize]) as f32);
+            self.longest_edge[v as usize] = edges.fold(0.0, f32::max);
+        }
+    }
+
     fn add_points(&mut self, points: &[Vec3]) {
         self.surface.points.extend_from_slice(points);
         self.longest_edge.resize(self.surface.points.len(), 0.0);

@@ -414,7 +414,7 @@ impl Opening<'_> {
             level,
             radius: radius.unwrap_or(0.0),
             relaxation,
-            smooth: scene.grid.get_ref().smooth && !can_fail,
+            smooth: scene.grid.get_ref().smooth.as_ref().is_none_or(|smooth| *smooth.get_ref()) && !can_fail,
         };
         let (number, path, dt) = (shared.number, library.path().display(), self.dt);
         let key = format!("{number} {level} {dt:e} {path} {} {settings:?}", info.id);

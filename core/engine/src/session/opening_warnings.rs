@@ -63,6 +63,11 @@ impl Session {
                 let place = place(given.material.plugin.span());
                 found.push(Warning { code: WarningCode::NoFibres, place, message });
             }
+            found.extend(warn_smooth(given, body).map(|(span, message)| Warning {
+                code: WarningCode::SmoothIgnored,
+                place: place(span),
+                message,
+            }));
             found.extend(warn_mesh(body).map(|message| Warning {
                 code: WarningCode::DoubtfulMesh,
                 place: of_body.clone(),
@@ -132,6 +137,21 @@ fn warn_openness(body: &Body) -> Option<String> {
              without a cut surface inside; close the holes, or make it a `sheet`",
             body.name
         )
+    })
+}
+
+/// A warning if the scene asks for continuous slopes of a body whose material can fail, with the place of the request.
+fn warn_smooth(scene: &BodyScene, body: &Body) -> Option<(Range<usize>, String)> {
+    let asked = scene.grid.get_ref().smooth.as_ref().filter(|smooth| *smooth.get_ref())?;
+    let can_fail = body.system.sets.iter().any(|set| set.has(abi::CAN_FAIL));
+    can_fail.then(|| {
+        let material = body.system.material.name();
+        let message = format!(
+            "`smooth = true` has no effect on body `{}`: its material `{material}` can fail, and slopes would be continued across cracks, so its surface follows the \
+             trilinear weights of the cells; leave `smooth` out, or give it another material",
+            body.name
+        );
+        (asked.span(), message)
     })
 }
 

@@ -45,6 +45,10 @@ pub enum WarningCode {
     OnePart,
     /// A blade cuts a body that is not closed and has no interior.
     OpenBody,
+    /// A material gave a warning that is not about its elements.
+    PluginWarning,
+    /// A grid was asked for continuous slopes, which its body cannot have.
+    SmoothIgnored,
     /// A body starts inside of an obstacle.
     StartsInside,
 }
@@ -69,6 +73,8 @@ impl WarningCode {
             Self::MovesNoVertex => "moves-no-vertex",
             Self::OnePart => "one-part",
             Self::OpenBody => "open-body",
+            Self::PluginWarning => "plugin-warning",
+            Self::SmoothIgnored => "smooth-ignored",
             Self::StartsInside => "starts-inside",
         }
     }
@@ -145,7 +151,7 @@ impl Session {
     pub fn warnings(&self) -> Vec<Warning> {
         let mut all = self.warnings.opening.clone();
         all.extend(self.warnings.overlaps.warnings.iter().cloned());
-        all.extend(self.warn_elements());
+        all.extend(self.warn_materials());
         all.extend(self.unmet_obstacles());
         all.extend(self.warn_threads());
         for (index, (edit, tally)) in self.plan.edits.iter().zip(&self.warnings.tallies).enumerate() {
@@ -157,13 +163,19 @@ impl Session {
         all
     }
 
-    /// What materials find doubtful about the elements of their bodies, of a local region those it last had.
-    fn warn_elements(&self) -> impl Iterator<Item = Warning> + '_ {
+    /// What materials find doubtful about the elements of their bodies, of a local region those it last had, and other warnings they gave.
+    fn warn_materials(&self) -> impl Iterator<Item = Warning> + '_ {
         let bodies = self.bodies.iter().zip(&self.warnings.material_places);
-        bodies.filter_map(|(body, place)| {
-            let (name, material, text) = (&body.name, &body.system.material, body.system.material.last_warning()?);
-            let message = format!("material `{}` of body `{name}`: {text}", material.name());
-            Some(Warning { code: WarningCode::DoubtfulElements, place: place.clone(), message })
+        bodies.flat_map(|(body, place)| {
+            let (name, material) = (&body.name, &body.system.material);
+            let told = [
+                (WarningCode::DoubtfulElements, material.element_warning()),
+                (WarningCode::PluginWarning, material.last_warning()),
+            ];
+            told.into_iter().filter_map(move |(code, text)| {
+                let message = format!("material `{}` of body `{name}`: {}", material.name(), text?);
+                Some(Warning { code, place: place.clone(), message })
+            })
         })
     }
 
@@ -408,6 +420,8 @@ mod tests {
             NoForce,
             MovesNoVertex,
             OpenBody,
+            PluginWarning,
+            SmoothIgnored,
             StartsInside,
         ] {
             assert_eq!(serde_json::to_value(code).unwrap(), code.name());

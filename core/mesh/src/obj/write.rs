@@ -49,17 +49,33 @@ impl ObjDocument {
     /// # Errors
     /// As for [`ObjDocument::write`].
     pub fn write_deformed(&self, deformed: &[Vec3], out: &mut impl Write) -> Result<(), WriteError> {
+        self.write_deformed_patched(deformed, Patch::default(), out)
+    }
+
+    /// Writes the document like [`ObjDocument::write_deformed`], with a patch, whose faces refer to the document's normals and which has none of its own.
+    ///
+    /// # Errors
+    /// As for [`ObjDocument::write_deformed`].
+    pub fn write_deformed_patched<'a>(
+        &self,
+        deformed: &[Vec3],
+        patch: Patch<'a>,
+        out: &mut impl Write,
+    ) -> Result<(), WriteError> {
         if self.normals().is_empty() {
-            return self.write(deformed, None, out);
+            return self.write_patched(deformed, None, &patch, out);
         }
         same_length("v", deformed, self.positions())?;
         let turned = TurnedNormals::new(self.normals(), &self.shaded_faces(), self.positions(), deformed);
-        let mut patch = Patch { normals: &turned.added, ..Patch::default() };
+        let mut patch: Patch<'_> = Patch { normals: &turned.added, ..patch };
+        for corner in patch.faces.values_mut().flatten().flatten() {
+            corner[2] = turned.moved.get(&[corner[0], corner[2]]).copied().unwrap_or(corner[2]);
+        }
         if !turned.moved.is_empty() {
             for face in 0..self.face_count() {
                 let corners = self.corners(face);
                 let row = |c: &Corner| turned.moved.get(&[c.v, c.vn]).copied();
-                if corners.iter().any(|c| row(c).is_some()) {
+                if !patch.faces.contains_key(&(face as u32)) && corners.iter().any(|c| row(c).is_some()) {
                     let polygon = corners.iter().map(|c| [c.v, c.vt, row(c).unwrap_or(c.vn)]).collect();
                     patch.faces.insert(face as u32, vec![polygon]);
                 }

@@ -9,6 +9,7 @@ use crate::body::model::Model;
 use crate::contact::inward;
 use crate::obstacle::MeshSurface;
 use pliant_mesh::tetrahedra::{FACES, NO_NEIGHBOUR, neighbours};
+use pliant_plugin_api::abi;
 use pliant_solver::Vec3;
 use std::collections::BTreeMap;
 
@@ -45,6 +46,8 @@ pub(super) struct FailedCells {
     has_failed: Vec<bool>,
     /// Vertices of the surface whose triangles are all gone, ascending.
     loose: Vec<u32>,
+    /// Active cells in which faces have come to light, with the state that each had before.
+    exposed: Vec<(u32, u8)>,
     table: Option<Box<FaceTable>>,
 }
 
@@ -68,7 +71,7 @@ pub(in crate::body) struct BrokenSurface {
 
 impl Lattice {
     /// Number of tetrahedra of each cell.
-    fn tetrahedra_per_cell(&self) -> usize {
+    pub(super) fn tetrahedra_per_cell(&self) -> usize {
         if self.source.tetrahedra().is_some() { 1 } else { 5 }
     }
 
@@ -120,8 +123,16 @@ impl Lattice {
 
     /// Forgets which tetrahedra have failed, whose numbers are those of the active cells, before these change.
     pub(super) fn forget_failed_cells(&mut self) {
+        self.withdraw_surface_cells();
         self.failed.has_failed.clear();
         self.failed.table = None;
+    }
+
+    /// Gives cells in which faces had come to light the state that they had before.
+    pub(in crate::body) fn withdraw_surface_cells(&mut self) {
+        for (cell, state) in std::mem::take(&mut self.failed.exposed) {
+            self.region.cell_state[cell as usize] = state;
+        }
     }
 
     /// Lists the vertices whose triangles are all gone.
@@ -206,7 +217,10 @@ impl Lattice {
         self.failed.table = Some(table);
         for (_, cell) in &exposed {
             // Contact looks for the surface in cells of this state alone.
-            self.region.cell_state[*cell as usize] = pliant_plugin_api::abi::CELL_SURFACE as u8;
+            let state = &mut self.region.cell_state[*cell as usize];
+            if u32::from(*state) != abi::CELL_SURFACE {
+                self.failed.exposed.push((*cell, std::mem::replace(state, abi::CELL_SURFACE as u8)));
+            }
         }
         Ok(BrokenSurface { is_gone, exposed })
     }

@@ -9,7 +9,7 @@ use crate::body::skin::{NOT_EMBEDDED, Skin};
 use pliant_host::Region;
 use pliant_mesh::tetrahedra::PARTS;
 use pliant_plugin_api::abi::{self, Ball};
-use pliant_solver::{Constraint, ElementList, Nodes, System, Vec3};
+use pliant_solver::{Constraint, ElementList, ElementSet, Nodes, System, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -44,14 +44,14 @@ impl Lattice {
         let is_covered = self.is_covered(wanted);
         if !self.needs_rebuild && is_covered {
             let is_due = !self.is_whole() && !self.region.cell_id.is_empty() && self.steps >= RELEASE_INTERVAL;
-            if !(is_due && self.can_release_cells(wanted, &system.nodes)) {
+            if !(is_due && self.can_release_cells(wanted, system)) {
                 return Ok(false);
             }
         }
         let only_cut = self.needs_rebuild && is_covered && !self.grid_region.cell_id.is_empty();
         (self.steps, self.needs_rebuild) = (0, false);
         if !only_cut {
-            self.request_region(wanted, &system.nodes)?;
+            self.request_region(wanted, system)?;
         }
         if self.has_cuts() {
             self.fragments.apply(&self.grid_region, self.families, &mut self.spare);
@@ -61,8 +61,8 @@ impl Lattice {
     }
 
     /// Has the grid list the cells around contacts and those not yet back at rest: in `grid_region` for a body with cuts, else in `spare`.
-    fn request_region(&mut self, wanted: &[Ball], nodes: &Nodes) -> Result<(), LatticeError> {
-        let keep: Vec<u64> = self.moving_cells(nodes).collect();
+    fn request_region(&mut self, wanted: &[Ball], system: &System) -> Result<(), LatticeError> {
+        let keep: Vec<u64> = self.lasting_cells(system).collect();
         let region = if self.has_cuts() { &mut self.grid_region } else { &mut self.spare };
         self.source.region(self.settings.level, self.families, wanted, &keep, region)?;
         if region.cell_id.len() > self.most_cells {
@@ -87,8 +87,10 @@ impl Lattice {
         wanted.len() == self.contact_balls.len() && wanted.iter().zip(&self.contact_balls).all(|(a, b)| near(a, b))
     }
 
-    /// Ids, ascending, of active cells with a node that is not at rest.
-    fn moving_cells(&self, nodes: &Nodes) -> impl Iterator<Item = u64> {
+    /// Ids, ascending, of active cells that must stay so: with a node that is not at rest, or with the history of an element that can fail, which would be whole
+    /// again without it.
+    fn lasting_cells(&self, system: &System) -> impl Iterator<Item = u64> {
+        let (nodes, is_damaged) = (&system.nodes, self.damaged_cells(system));
         let displacement = if self.keeps_displaced { REST_DISPLACEMENT_WITH_HISTORY } else { REST_DISPLACEMENT };
         let (far, fast) = (displacement * self.facts.edge, REST_SPEED * self.facts.edge);
         let moving = move |i: usize| {
@@ -98,13 +100,29 @@ impl Lattice {
             let (u, v) = (nodes.x[i] - nodes.rest[i], nodes.v[i]);
             u.norm_squared() > far * far || v.norm_squared() > fast * fast
         };
-        let cells = self.region.cell_id.iter().zip(&self.region.cell_corners);
-        cells.filter(move |(_, corners)| corners.iter().any(|&n| moving(n as usize))).map(|(id, _)| *id)
+        let cells = self.region.cell_id.iter().zip(&self.region.cell_corners).enumerate();
+        let lasts = move |cell: usize, corners: &[u32; 8]| {
+            is_damaged.get(cell).copied().unwrap_or(false) || corners.iter().any(|&n| moving(n as usize))
+        };
+        cells.filter(move |(cell, (_, corners))| lasts(*cell, corners)).map(|(_, (id, _))| *id)
+    }
+
+    /// Whether each active cell has a tetrahedron that can fail and has a history (c); empty where none can fail.
+    fn damaged_cells(&self, system: &System) -> Vec<bool> {
+        let of_cells = |set: &&ElementSet| set.has(abi::CAN_FAIL) && self.lists_all_tetrahedra(set.nodes());
+        let Some(set) = system.sets.iter().find(of_cells) else { return Vec::new() };
+        let per_cell = self.tetrahedra_per_cell();
+        let mut is_damaged = vec![false; self.region.cell_id.len()];
+        for plane in set.history().chunks_exact(set.count().max(1)) {
+            let cells = plane.chunks_exact(per_cell).zip(&mut is_damaged);
+            cells.for_each(|(values, is_damaged)| *is_damaged |= values.iter().any(|value| *value != 0.0));
+        }
+        is_damaged
     }
 
     /// Whether a cell outside the wanted balls is back at rest.
-    fn can_release_cells(&self, wanted: &[Ball], nodes: &Nodes) -> bool {
-        let mut moving = self.moving_cells(nodes).peekable();
+    fn can_release_cells(&self, wanted: &[Ball], system: &System) -> bool {
+        let mut moving = self.lasting_cells(system).peekable();
         self.region.cell_id.iter().zip(&self.region.cell_corners).any(|(id, corners)| {
             while moving.peek().is_some_and(|u| u < id) {
                 moving.next();
@@ -135,17 +153,10 @@ impl Lattice {
         }
         self.forget_failed_cells();
         std::mem::swap(&mut self.region, &mut self.spare);
-        let mut longest_edge_of = std::mem::take(&mut self.longest_edge_of);
-        longest_edge_of.clear();
         for cell in 0..self.region.cell_id.len() as u32 {
-            let mut longest = 0.0_f64;
-            for &v in self.points(cell)? {
-                skin.cell[v as usize] = cell;
-                longest = longest.max(model.longest_edge(v));
-            }
-            longest_edge_of.push(longest);
+            self.points(cell)?.iter().for_each(|v| skin.cell[*v as usize] = cell);
         }
-        self.longest_edge_of = longest_edge_of;
+        self.measure_longest_edges(model)?;
         // Parts of a local region may be connected outside of it.
         if self.has_cuts() && self.is_whole() {
             self.rebind_torn_triangles(model, skin)?;
@@ -165,6 +176,21 @@ impl Lattice {
         system.prepare()?;
         histories.restore(system, &old_node);
         super::check_mass(system)
+    }
+
+    /// Finds the longest edge at the surface points of each active cell.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(in crate::body) fn measure_longest_edges(&mut self, model: &Model) -> Result<(), LatticeError> {
+        let mut longest_edge_of = std::mem::take(&mut self.longest_edge_of);
+        longest_edge_of.clear();
+        for cell in 0..self.region.cell_id.len() as u32 {
+            let edges = self.points(cell)?.iter().map(|v| model.longest_edge(*v));
+            longest_edge_of.push(edges.fold(0.0, f64::max));
+        }
+        self.longest_edge_of = longest_edge_of;
+        Ok(())
     }
 
     /// Moves the state of the nodes from the region before, which is in `spare`, to the active one. Nodes of both are sorted by key, so one

@@ -222,8 +222,10 @@ pub struct GridScene {
     /// Time constant with which cells that a tool has left return to rest.
     #[schemars(with = "Time")]
     pub relaxation: Spanned<Time>,
-    /// Whether the surface follows the nodes with continuous slopes. `false` uses trilinear weights, which show creases along the cells.
-    pub smooth: bool,
+    /// Whether the surface follows the nodes with continuous slopes; `true` by default. `false` uses trilinear weights, which show creases along the cells. Bodies
+    /// whose material can fail have trilinear weights, for slopes would be continued across cracks.
+    #[schemars(with = "Option<bool>")]
+    pub smooth: Option<Spanned<bool>>,
 }
 
 impl Default for GridScene {
@@ -235,7 +237,7 @@ impl Default for GridScene {
             region: Extent::Local,
             radius: None,
             relaxation: Spanned::new(0..0, Time::new(0.01)),
-            smooth: true,
+            smooth: None,
         }
     }
 }
