@@ -3,12 +3,14 @@
 
 mod check;
 mod fibres;
+mod meetings;
 mod probes;
 
 pub(crate) use check::strength;
 pub use probes::Probe;
 
 use crate::body::{Axes, PaintDepth};
+use crate::contact::Meeting;
 use crate::edit::{Command, EditKind, Falloff};
 use crate::scene::{Extent, Release, Scene, SceneError, Source};
 use pliant_solver::Vec3;
@@ -80,6 +82,8 @@ pub enum Trigger {
 pub struct Plan {
     /// Whether each body of the scene is simulated; the others stay at rest and open no plugin.
     pub moving: Vec<bool>,
+    /// How each body of the scene meets others.
+    pub meetings: Vec<Meeting>,
     /// Devices that are opened, as indices in the scene.
     pub devices: Vec<usize>,
     /// Tools that edits use, as indices in the scene. The mirror image of a tool is an entry of its own.
@@ -114,6 +118,7 @@ impl Plan {
         plan.find_tools(scene, source)?;
         plan.find_devices(scene);
         plan.find_moving(scene);
+        plan.find_meetings(scene);
         plan.find_probes(scene, source)?;
         plan.list_gravity(scene);
         plan.list_small_things(scene);

@@ -32,6 +32,11 @@ impl ExposedFaces {
         (!self.triangles.is_empty()).then_some(self.first_vertex)
     }
 
+    /// Nodes that carry the vertices that are of these faces alone, in their order, with their weights.
+    pub(crate) fn carriers(&self) -> impl Iterator<Item = [(u32, f64); 2]> + '_ {
+        self.places.iter().map(|at| [(at.nodes[0], 1.0 - at.share), (at.nodes[1], at.share)])
+    }
+
     /// Vertices of the body that are of these faces alone.
     pub(crate) fn vertices(&self) -> std::ops::Range<u32> {
         self.first_vertex..self.first_vertex + self.places.len() as u32

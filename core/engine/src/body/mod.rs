@@ -35,6 +35,7 @@ mod tint;
 pub use broken_surface::ExposedFaces;
 pub use cell_corners::CellCorners;
 pub use discretization::Discretization;
+pub(crate) use disjoint_sets::DisjointSets;
 pub use failed_triangles::FailedTriangles;
 pub use fibres::{Curve, DirectionCloud, FibreEntry, FibreLines, FibrePart, Fibres};
 pub use fields::{FieldSurface, Fields, Layer, factor_at};

@@ -1,5 +1,6 @@
 //! Contact of tools with surfaces: proximity search, proxy, contact forces, and constraints of fingertips on sheets.
 
+mod bodies;
 mod fingertip;
 mod held;
 mod law;
@@ -19,6 +20,7 @@ mod sums;
 mod tip_motion;
 mod triangle_point;
 
+pub use bodies::{BodyCollisions, Compliance, Meeting, Outcome};
 pub use fingertip::{Press, Tip};
 pub use layer::{Layer, Push};
 pub use layer_law::{LawStep, LayerLaw};

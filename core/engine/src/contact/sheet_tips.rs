@@ -62,6 +62,11 @@ const CONTACT_GAP: f64 = 1e-3;
 const PARALLEL: f64 = 0.02;
 
 impl SheetTips {
+    /// Nodes that tips hold at the end of the step.
+    pub fn held(&self) -> impl Iterator<Item = u32> + '_ {
+        self.contacts.iter().filter(|contact| contact.state != State::Free).map(|contact| contact.node)
+    }
+
     /// Drops all contacts and invalidates the neighbour lists, as after a change of the body's nodes.
     pub fn invalidate(&mut self) {
         self.near.iter_mut().for_each(NeighbourList::invalidate);

@@ -29,6 +29,8 @@ pub(super) fn check(scene: &Scene, source: &Source) -> Result<(), SceneError> {
     check.names("device", scene.device.iter().map(|d| &d.name))?;
     check.names("tool", scene.tool.iter().map(|t| &t.name))?;
     scene.body.iter().try_for_each(|body| check.body(body))?;
+    scene.body.iter().try_for_each(|body| super::meetings::check(body, scene, source))?;
+    scene.body.iter().filter_map(|body| body.friction.as_ref()).try_for_each(|friction| check.friction(friction))?;
     scene.obstacle.iter().try_for_each(|obstacle| check.obstacle(obstacle, scene))?;
     scene.device.iter().try_for_each(|device| check.device(device))?;
     scene.tool.iter().try_for_each(|tool| check.tool(tool))?;

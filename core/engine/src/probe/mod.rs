@@ -4,6 +4,7 @@
 //! added by its file and its line in [`QUANTITIES`].
 
 mod area;
+mod contact_force;
 mod cut_area;
 mod cut_length;
 mod depth;
@@ -35,6 +36,7 @@ pub static QUANTITIES: &[&Quantity] = &[
     &cut_area::CUT_AREA,
     &cut_length::CUT_LENGTH,
     &obstacle_force::OBSTACLE_FORCE,
+    &contact_force::CONTACT_FORCE,
 ];
 
 /// A quantity that a probe can measure.

@@ -44,6 +44,8 @@ pub enum EventKind {
     LongStep,
     /// An explicit integrator was forced beyond its step limit, or a contact asks for more substeps than are allowed.
     Unstable,
+    /// Collisions between bodies are left after a step.
+    CollisionsLeft,
     /// A body fell asleep.
     Asleep,
     /// Elements of a body have failed, because its material has failed there.

@@ -1,5 +1,6 @@
 //! A session: an opened scene with its bodies, devices and tools.
 
+mod body_responses;
 mod choose;
 mod command;
 mod contact_law_checks;
@@ -15,6 +16,7 @@ mod hand_events;
 mod history;
 mod lapse;
 mod level_choice;
+mod meetings;
 mod memory_checks;
 mod mirror;
 mod obstacles;
@@ -68,6 +70,7 @@ use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, 
 use hand_events::Ongoing;
 use history::History;
 use lapse::Watch;
+use meetings::Meetings;
 use nalgebra::UnitQuaternion;
 use obstacles::Obstacles;
 use pliant_host::{ContactLaw, Device, DeviceInfo, Pose};
@@ -327,6 +330,7 @@ pub struct Session {
     /// Tips on each body; used for sheets.
     sheet_tips: Vec<SheetTips>,
     obstacles: Obstacles,
+    meetings: Meetings,
     seams: Seams,
     scratch: Scratch,
     frame: Frame,

@@ -3,6 +3,7 @@
 use super::history::History;
 use super::lapse::Watch;
 use super::level_choice::{LevelChosen, ToolRadii, choose_level};
+use super::meetings::Meetings;
 use super::obstacles::Obstacles;
 use super::seam_pairs::Seam;
 use super::seams::Seams;
@@ -172,6 +173,7 @@ impl Session {
         let springs = (0..tools.len() + usize::from(has_seams)).map(|_| NodeSprings::default()).collect();
         let of_body = if has_seams { std::mem::take(&mut opening.seams) } else { Vec::new() };
         let seams = Seams::new(of_body);
+        let meetings = Meetings::new(&plan, &bodies);
         let mut session = Self {
             bodies,
             standing,
@@ -209,6 +211,7 @@ impl Session {
             moved: vec![0.0; count],
             sheet_tips: (0..count).map(|_| SheetTips::default()).collect(),
             obstacles: Obstacles::new(obstacles, places, count),
+            meetings,
             seams,
             scratch: Scratch { springs, has_seams, balls: Vec::new() },
             frame: Frame::default(),

@@ -94,7 +94,23 @@ impl Session {
             });
             moving += 1;
         }
-        let (meetings, overlaps) = super::warning::OverlapDetection::new(extended);
+        let crossing = self.exclude_crossing_pairs()?;
+        let place_of = |body: usize| extended.iter().find(|e| e.moving == Some(body)).map_or("", |e| e.place.as_str());
+        for &([i, j], count) in &crossing {
+            let name = |b: usize| &self.bodies[b].name;
+            let who = match i == j {
+                true => format!("sheet `{}` cuts through itself", name(i)),
+                false => format!("bodies `{}` and `{}` cut through each other", name(i), name(j)),
+            };
+            let message = format!(
+                "{who} at the start: {count} edges go through triangles, so they do not meet and pass through each other; move them apart"
+            );
+            found.push(Warning { code: WarningCode::BodiesOverlap, place: place_of(j).to_owned(), message });
+        }
+        let is_handled = |i: usize, j: usize| {
+            self.meetings.has_pair(i, j) || crossing.iter().any(|(bodies, _)| *bodies == [i.min(j), i.max(j)])
+        };
+        let (meetings, overlaps) = super::warning::OverlapDetection::new(extended, is_handled);
         self.warnings.overlaps = meetings;
         found.extend(overlaps);
         found.extend(self.find_obstacle_warnings());

@@ -29,6 +29,16 @@ impl Sleep {
         Self { speed, rests: vec![Rest::default(); bodies] }
     }
 
+    /// Whether a body sleeps.
+    pub(super) fn is_asleep(&self, index: usize) -> bool {
+        self.rests[index].asleep.is_some()
+    }
+
+    /// Speed below which a body falls asleep, m/s; 0 for never.
+    pub(super) fn speed(&self) -> f64 {
+        self.speed
+    }
+
     /// Wakes a body.
     pub(super) fn wake(&mut self, index: usize) {
         self.rests[index] = Rest::default();

@@ -40,11 +40,15 @@ impl Session {
         if resumed.is_none() {
             frame.begin();
         }
+        if resumed.is_none() {
+            self.begin_meetings(time);
+        }
         self.move_bodies(resumed.unwrap_or(0), time, &mut frame);
         if self.watch.is_cancelled {
             self.frame = frame;
             return;
         }
+        self.resolve_meetings(time);
         self.finish_obstacles(time);
         self.advance_contact_laws(time);
         self.clock.steps += 1;
@@ -79,6 +83,8 @@ impl Session {
         self.seams.refused.remove(&index);
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
         self.sleep.wake(index);
+        self.meetings.changed(index);
+        self.integrators[index].in_contact = false;
         self.sheet_tips[index].invalidate();
         self.obstacles.contacts.iter_mut().skip(index).take(1).for_each(ObstacleContacts::invalidate);
         for slot in &mut self.tools {
@@ -178,7 +184,10 @@ impl Session {
                         self.freeze(index, time.start, error.to_string());
                         continue;
                     }
-                    self.rest(index, fastest, time);
+                    // A body near others comes to rest after contact.
+                    if !self.meetings.is_near(index) {
+                        self.rest(index, fastest, time);
+                    }
                 }
                 Err(NotMoved::Cancelled) => {
                     self.watch.is_cancelled = true;
@@ -206,6 +215,7 @@ impl Session {
         if change.elements == 0 {
             return Ok(());
         }
+        self.meetings.changed(index);
         for slot in &mut self.tools {
             slot.soft[index].iter_mut().for_each(SoftTip::invalidate_areas);
         }

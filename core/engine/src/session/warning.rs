@@ -13,9 +13,9 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WarningCode {
-    /// Bounding boxes of two bodies began to overlap during the run; there is no contact between bodies.
+    /// Bounding boxes of two bodies that do not meet began to overlap during the run.
     BodiesMeet,
-    /// Bounding boxes of two bodies overlap at the start; there is no contact between bodies.
+    /// Two bodies overlap at the start, and pass through each other.
     BodiesOverlap,
     /// The edges of a sheet are longer than an obstacle is wide.
     CoarseSheet,
@@ -313,6 +313,9 @@ fn moved_extents(body: &Body, rest: Extents) -> Extents {
     if body.discretization.is_whole() { moved } else { rest.with([moved.min, moved.max].iter()) }
 }
 
+/// Why two bodies do not meet.
+const WHY: &str = "not both have `meets = true`";
+
 /// Number of steps between tests of the boxes; the boxes are swept over that interval.
 const TEST_INTERVAL: u64 = 16;
 
@@ -326,9 +329,15 @@ pub(super) struct OverlapDetection {
 }
 
 impl OverlapDetection {
-    /// Starts with the bodies of a scene, in its order, and returns the warnings for those that overlap.
-    pub(super) fn new(bodies: Vec<Extended>) -> (Self, Vec<Warning>) {
-        let mut meetings = Self { bodies, ..Self::default() };
+    /// Starts with the bodies of a scene, in its order, and returns the warnings for those that overlap. Two moving bodies for which `is_handled` holds are left out:
+    /// they meet, or a warning says that they do not.
+    pub(super) fn new(bodies: Vec<Extended>, is_handled: impl Fn(usize, usize) -> bool) -> (Self, Vec<Warning>) {
+        let mut known = Vec::new();
+        for (j, b) in bodies.iter().enumerate() {
+            let meets = |a: &Extended| matches!((a.moving, b.moving), (Some(a), Some(b)) if is_handled(a, b));
+            known.extend((0..j).filter(|i| meets(&bodies[*i])).map(|i| [i, j]));
+        }
+        let mut meetings = Self { bodies, known, ..Self::default() };
         let at_start = meetings.test(WarningCode::BodiesOverlap, 0.0);
         (meetings, at_start)
     }
@@ -349,13 +358,12 @@ impl OverlapDetection {
                 let [a, b] = [&self.bodies[i], &self.bodies[j]];
                 let message = match code {
                     WarningCode::BodiesOverlap => format!(
-                        "the boxes of bodies `{}` and `{}` overlap at the start: bodies meet tools and obstacles and not each other, so they pass through \
-                         each other; move one of them, or make them one model",
+                        "the boxes of bodies `{}` and `{}` overlap at the start, and {WHY}, so they pass through each other; let both meet (`meets = true`), move one \
+                         of them, or make them one model",
                         a.name, b.name
                     ),
                     _ => format!(
-                        "the boxes of bodies `{}` and `{}` came together by {time:.4} s: bodies meet tools and obstacles and not each other, so they \
-                         pass through each other",
+                        "the boxes of bodies `{}` and `{}` came together by {time:.4} s, and {WHY}, so they pass through each other; let both meet (`meets = true`)",
                         a.name, b.name
                     ),
                 };
@@ -398,7 +406,8 @@ mod tests {
 
     #[test]
     fn touching_boxes_do_not_overlap_and_a_pair_is_reported_once() {
-        let (mut meetings, told) = OverlapDetection::new(vec![body("a", 0.0), body("b", 1.0), body("c", 1.5)]);
+        let (mut meetings, told) =
+            OverlapDetection::new(vec![body("a", 0.0), body("b", 1.0), body("c", 1.5)], |_, _| false);
         assert_eq!(told.len(), 1, "b and c alone: {told:?}");
         // It sweeps over both others between two tests.
         meetings.bodies[0].extents = body("a", 9.0).extents;

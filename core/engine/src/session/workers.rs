@@ -31,6 +31,11 @@ impl Workers {
         }
     }
 
+    /// The pool for work on a body with this number of elements that is not timed.
+    pub(super) fn pool(&self, elements: usize) -> &Pool {
+        if elements < MAX_SINGLE_THREAD { &self.alone } else { &self.all }
+    }
+
     /// Runs the step of body number `index` with this number of elements on the threads that suit it.
     pub(super) fn run<R: Send>(&mut self, index: usize, elements: usize, step: impl FnOnce(&Pool) -> R + Send) -> R {
         let choice = &mut self.choices[index];

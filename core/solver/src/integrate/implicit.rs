@@ -70,10 +70,11 @@ impl Integrator {
             v.copy_from_slice(&nodes.v[first..first + v.len()]);
         });
         step.contacts.begin(system, dt);
-        let history = if step.contacts.interrupts_history() { History::Interrupted } else { self.history };
+        let history =
+            if self.in_contact || step.contacts.interrupts_history() { History::Interrupted } else { self.history };
         let mut of_scheme = coefficients(dt, history);
         // Contacts begin and end with a step; the midpoint rules would extrapolate what they do to a node beyond it.
-        if of_scheme.stage < 1.0 && (step.contacts.is_active() || step.contacts.has_candidates()) {
+        if of_scheme.stage < 1.0 && (self.in_contact || step.contacts.is_active() || step.contacts.has_candidates()) {
             of_scheme = backward_euler::coefficients(dt, History::Interrupted);
         }
         report.max_speed = self.step_from_start(system, step, &of_scheme, report).inspect_err(|_| {
@@ -182,7 +183,7 @@ impl Integrator {
         if !at_current {
             self.predict(&mut system.nodes, iteration.coefficients);
         }
-        let allow_f32 = at_current && self.max_newton == 1 && self.pcg.allows_f32(self.tolerance);
+        let allow_f32 = at_current && self.max_newton == 1 && !self.in_contact && self.pcg.allows_f32(self.tolerance);
         let hessian = iteration.coefficients.hessian;
         let scales = SystemScales {
             mass: 1.0,
@@ -205,6 +206,7 @@ impl Integrator {
         let mut matrix = assemble_taken(step, system, scales)?;
         report.assembly_seconds += start.elapsed().as_secs_f64();
         add_tools(&mut matrix, loads, effective_dt);
+        self.matrix_step = effective_dt;
         let v = (!at_current).then_some(&system.nodes.v[..]);
         add_loads(&mut self.force, loads, &system.nodes.x, v);
         self.pcg.prepare(&matrix, &system.sets, &system.nodes.rest);
@@ -361,7 +363,7 @@ pub(super) fn energy(system: &mut System, step: &Substep<'_>) -> Result<f64, For
 }
 
 /// Adds the stiffness and damping of the tools to the matrix of a step with this effective step size (s).
-fn add_tools(matrix: &mut Matrix, loads: &Loads<'_>, effective_dt: f64) {
+pub(super) fn add_tools(matrix: &mut Matrix, loads: &Loads<'_>, effective_dt: f64) {
     for springs in loads.tools {
         matrix.add_diagonal(springs, TangentScale { stiffness: effective_dt * effective_dt, damping: effective_dt });
     }

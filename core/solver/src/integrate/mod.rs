@@ -11,6 +11,7 @@ mod implicit;
 pub mod limit;
 mod quasi_static;
 mod refinement;
+mod response;
 mod right_side;
 pub mod scheme;
 
@@ -118,6 +119,9 @@ pub struct Integrator {
     pub guarded_speed: f64,
     /// Substeps, at most, of a step of symplectic Euler that would gain energy.
     pub max_substeps: usize,
+    /// Whether contact after the step may change velocities ([`Integrator::respond`]): implicit steps are then those of backward Euler, as with contacts
+    /// within them, with a matrix in double precision.
+    pub in_contact: bool,
     /// What ends a step before it is done.
     pub interrupts: Interrupts,
     /// Constraint force on each node in the last step, N (n x 3).
@@ -138,6 +142,12 @@ pub struct Integrator {
     from: [Vec<Vec3>; 2],
     /// Positions and velocities at the beginning of the substep before.
     before: [Vec<Vec3>; 2],
+    /// Effective step size of the matrix that the solver has, s; 0 before the first.
+    matrix_step: f64,
+    /// Whether that matrix is new to the preconditioner.
+    needs_update: bool,
+    /// Whether a spring of a tool takes momentum from the body.
+    has_springs: bool,
     history: History,
     energy_guard: EnergyGuard,
     refinement: Refinement,
@@ -164,6 +174,7 @@ impl Integrator {
             max_displacement: f64::INFINITY,
             guarded_speed: f64::INFINITY,
             max_substeps: 0,
+            in_contact: false,
             interrupts: Interrupts::default(),
             reaction: Vec::new(),
             force: Vec::new(),
@@ -174,6 +185,9 @@ impl Integrator {
             start: Default::default(),
             from: Default::default(),
             before: Default::default(),
+            matrix_step: 0.0,
+            needs_update: false,
+            has_springs: false,
             history: History::Interrupted,
             energy_guard: EnergyGuard::default(),
             refinement: Refinement::default(),
@@ -193,6 +207,7 @@ impl Integrator {
 
     /// Sets the number of nodes and discards the history. Call it after nodes or elements have changed.
     pub fn resize(&mut self, n: usize) {
+        self.matrix_step = 0.0;
         self.force.resize(n, Vec3::zeros());
         let [x, v] = &mut self.start;
         for field in [&mut self.reaction, &mut self.scratch, x, v] {

@@ -139,6 +139,20 @@ impl Pcg {
         }
     }
 
+    /// Sets the solution to zero, for solves with the last matrix and other right-hand sides.
+    pub fn begin_responses(&mut self) {
+        self.x.fill(Vec3::zeros());
+        self.product.fill(Vec3::zeros());
+    }
+
+    /// Adds `by` to the solution at every node, and its product with a matrix that lets a body with these masses (kg, n) move without force: `M by`.
+    pub fn add_uniform(&mut self, mass: &[f64], by: Vec3) {
+        for ((x, product), mass) in self.x.iter_mut().zip(&mut self.product).zip(mass) {
+            *x += by;
+            *product += *mass * by;
+        }
+    }
+
     /// Solves a system into `self.x`, starting from [`Pcg::guess`] or from the last solution with the same matrix.
     pub fn solve(&mut self, pool: &Pool, system: &FilteredSystem<'_>) -> SolveReport {
         self.solve_until(pool, system, &mut |_| false)

@@ -54,6 +54,24 @@ impl Lattice {
         Ok(cells)
     }
 
+    /// Calls `visit` with each vertex of the surface in an active cell, the nodes at the corners of that cell and their trilinear weights.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub fn visit_vertices(
+        &mut self,
+        model: &Model,
+        mut visit: impl FnMut(u32, &[u32; 8], &[f64; 8]),
+    ) -> Result<(), LatticeError> {
+        for cell in 0..self.region.cell_id.len() as u32 {
+            let first = self.set_weights(cell, model)?;
+            for (i, &v) in self.points(cell)?.iter().enumerate() {
+                visit(v, &self.region.cell_corners[cell as usize], &self.weights[first + i]);
+            }
+        }
+        Ok(())
+    }
+
     /// Calls `visit` with the vertices in an active cell and, where edges are long or there is no vertex, with its samples. Positions follow from the
     /// trilinear weights, of which contact knows the derivative, also where the surface is smooth.
     ///

@@ -99,6 +99,17 @@ impl ObstacleContacts {
         Self::default()
     }
 
+    /// Nodes that obstacles hold at the end of the step, with the directions in which they are free.
+    pub fn held(&self) -> impl Iterator<Item = (u32, Constraint)> + '_ {
+        let near = if self.is_near() { &self.contacts[..] } else { &[] };
+        near.iter().filter_map(|contact| match (contact.state, contact.tips.1) {
+            (State::Free, _) => None,
+            (State::Slides, None) => Some((contact.node, Constraint::Plane(contact.normal))),
+            (State::Sticks, None) => Some((contact.node, Constraint::Fixed)),
+            (_, Some(_)) => Some((contact.node, Constraint::Line(contact.normal.cross(&contact.other).normalize()))),
+        })
+    }
+
     /// Drops all contacts and candidates, as after a change of the body's nodes.
     pub fn invalidate(&mut self) {
         self.candidates.invalidate();

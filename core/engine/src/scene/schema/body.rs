@@ -63,6 +63,16 @@ pub struct BodyScene {
     #[serde(default)]
     #[schemars(with = "Vec<SeamScene>")]
     pub stitch: Vec<Spanned<SeamScene>>,
+    /// Whether it meets the other bodies that do; `false` by default.
+    #[schemars(with = "Option<bool>")]
+    pub meets: Option<Spanned<bool>>,
+    /// Whether a sheet meets itself; `false` by default.
+    #[schemars(with = "Option<bool>")]
+    pub self_contact: Option<Spanned<bool>>,
+    /// Static and kinetic friction coefficient at other bodies and at itself; of two bodies the smaller ones count. The default, 0.35 and 0.3, is an
+    /// assumption.
+    #[schemars(with = "Option<[f64; 2]>")]
+    pub friction: Option<Spanned<[f64; 2]>>,
 }
 
 impl BodyScene {

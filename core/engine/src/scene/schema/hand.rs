@@ -187,8 +187,11 @@ fn default_cap() -> Spanned<String> {
     Spanned::new(0..0, "cut".into())
 }
 
+/// Static and kinetic coefficient of friction where a scene gives none: an assumption.
+pub const DEFAULT_FRICTION: [f64; 2] = [0.35, 0.3];
+
 pub(super) fn default_friction() -> Spanned<[f64; 2]> {
-    Spanned::new(0..0, [0.35, 0.3])
+    Spanned::new(0..0, DEFAULT_FRICTION)
 }
 
 fn default_speed() -> Spanned<Speed> {

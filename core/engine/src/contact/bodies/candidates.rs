@@ -1,0 +1,128 @@
+//! Features whose ways over a step come near each other, and the times at which they meet.
+
+use super::features::{Kind, time_of_impact};
+use super::surface::{CollisionSurface, NO_EDGE};
+use super::tree::{self, are_near};
+use super::{LEAST, LISTED, Member, Pair};
+use pliant_solver::Vec3;
+use std::collections::HashSet;
+
+/// Two features that may meet in this step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub kind: Kind,
+    /// Vertices, by their numbers among all.
+    pub vertices: [u32; 4],
+    /// Index of the pair.
+    pub pair: u32,
+    /// Time of their impact as a fraction of the step; infinite for none.
+    pub impact: f64,
+}
+
+/// Lists the features of pairs of members whose ways from `from` to `to` (m) come near each other. Boxes of the trees must be up to date.
+pub(super) fn list(
+    (surfaces, members, pairs): (&[CollisionSurface], &[Member], &[Pair]),
+    [from, to]: [&[Vec3]; 2],
+    stack: &mut Vec<[u32; 2]>,
+    candidates: &mut Vec<Candidate>,
+) {
+    candidates.clear();
+    for (number, pair) in pairs.iter().enumerate() {
+        let [a, b] = pair.members.map(|at| members[at]);
+        let [of_a, of_b] = [a, b].map(|member| &surfaces[member.body as usize]);
+        let reach = LISTED * pair.thickness;
+        let mut list = Lister { reach, pair: number as u32, from, to, candidates };
+        let visit = |s: u32, t: u32| {
+            list.add_vertices((of_a, a.vertex, s), (of_b, b.vertex, t));
+            list.add_vertices((of_b, b.vertex, t), (of_a, a.vertex, s));
+            list.add_edges((of_a, a.vertex, s), (of_b, b.vertex, t));
+        };
+        match pair.members[0] == pair.members[1] {
+            true => of_a.tree.own_pairs(reach, stack, visit),
+            false => of_a.tree.pairs(&of_b.tree, reach, stack, visit),
+        }
+    }
+}
+
+/// Finds the candidates that meet on their ways from `from` to `to` (m). Returns the time of the first impact as a fraction of the step, infinite if there is
+/// none.
+pub(super) fn find_impacts(candidates: &mut [Candidate], pairs: &[Pair], [from, to]: [&[Vec3]; 2]) -> f64 {
+    let mut first = f64::INFINITY;
+    for candidate in candidates {
+        let least = LEAST * pairs[candidate.pair as usize].thickness;
+        let [from, to] = [from, to].map(|x| candidate.vertices.map(|v| x[v as usize]));
+        candidate.impact = time_of_impact(candidate.kind, &from, &to, least).unwrap_or(f64::INFINITY);
+        first = first.min(candidate.impact);
+    }
+    first
+}
+
+/// The candidates with the first impact of a vertex or of an edge, in the order of their times: what a feature would meet later, as the far side of a
+/// body, it does not come to meet.
+pub(super) fn first_impacts(candidates: &[Candidate]) -> Vec<u32> {
+    let mut order: Vec<u32> =
+        (0..candidates.len() as u32).filter(|at| candidates[*at as usize].impact.is_finite()).collect();
+    let time = |at: &u32| candidates[*at as usize].impact;
+    order.sort_by(|a, b| time(a).total_cmp(&time(b)).then(a.cmp(b)));
+    let mut met = HashSet::new();
+    order.retain(|at| {
+        let Candidate { kind, vertices: [a, b, c, d], .. } = candidates[*at as usize];
+        match kind {
+            Kind::VertexTriangle => met.insert([a, a]),
+            Kind::EdgeEdge => met.insert([a.min(b), a.max(b)]) | met.insert([c.min(d), c.max(d)]),
+        }
+    });
+    order
+}
+
+/// Lists candidates of two triangles that are near each other.
+struct Lister<'a> {
+    /// Distance within which features are listed, m.
+    reach: f64,
+    pair: u32,
+    from: &'a [Vec3],
+    to: &'a [Vec3],
+    candidates: &'a mut Vec<Candidate>,
+}
+
+/// A triangle of a surface whose first vertex has this number among all.
+type OfSurface<'a> = (&'a CollisionSurface, u32, u32);
+
+impl Lister<'_> {
+    /// Adds the vertices that a triangle looks after with another triangle.
+    fn add_vertices(&mut self, (of, first, s): OfSurface<'_>, (other, base, t): OfSurface<'_>) {
+        let corners = other.triangles[t as usize].map(|v| base + v);
+        let own = of.triangles[s as usize].iter().zip(of.own_vertices[s as usize]);
+        for vertex in own.filter(|(_, own)| *own).map(|(v, _)| first + v) {
+            if !corners.contains(&vertex) {
+                self.add(Kind::VertexTriangle, [vertex, corners[0], corners[1], corners[2]], 1);
+            }
+        }
+    }
+
+    /// Adds the edges that one triangle looks after with those of the other.
+    fn add_edges(&mut self, (of, first, s): OfSurface<'_>, (other, base, t): OfSurface<'_>) {
+        for e in of.own_edges[s as usize].into_iter().filter(|e| *e != NO_EDGE) {
+            let [a, b] = of.edges[e as usize].map(|v| first + v);
+            for f in other.own_edges[t as usize].into_iter().filter(|f| *f != NO_EDGE) {
+                let [c, d] = other.edges[f as usize].map(|v| base + v);
+                if a != c && a != d && b != c && b != d {
+                    self.add(Kind::EdgeEdge, [a, b, c, d], 2);
+                }
+            }
+        }
+    }
+
+    /// Adds a candidate if the ways of its first `count` vertices and of the others come near each other.
+    fn add(&mut self, kind: Kind, vertices: [u32; 4], count: usize) {
+        let swept = |of: &[u32]| {
+            of.iter().fold(tree::EMPTY, |[low, high], v| {
+                let (from, to) = (&self.from[*v as usize], &self.to[*v as usize]);
+                [low.inf(from).inf(to), high.sup(from).sup(to)]
+            })
+        };
+        if are_near(&swept(&vertices[..count]), &swept(&vertices[count..]), self.reach) {
+            self.candidates.push(Candidate { kind, vertices, pair: self.pair, impact: f64::INFINITY });
+        }
+    }
+}

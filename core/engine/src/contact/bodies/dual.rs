@@ -1,0 +1,270 @@
+//! Contact impulses that know how each body yields: the dual problem of the constrained implicit step.
+//!
+//! Impulses p = J^T l on the nodes change the velocities at the end of the step by A^-1 p, A being the matrix of each body's own step ([`Compliance`]).
+//! Sought are normal impulses l_n >= 0 for which contacts part at least as fast as their bound, u_n >= b, with l_n (u_n - b) = 0, and tangential ones
+//! that oppose sliding within Coulomb's cone. That is the step of backward Euler with these contact forces, so linear elastic bodies gain no energy:
+//! the work of contact is l . u <= 0 (Duriez et al. 2006; Otaduy, Tamstorf, Steinemann and Gross 2009).
+//!
+//! The iteration is the accelerated projected gradient method with restarts and a step length by backtracking (Nesterov 1983;
+//! O'Donoghue and Candes 2015; Mazhar, Heyn, Negrut and Tasora 2015), in variables scaled by the diagonal of J A^-1 J^T. The radius of the friction disc is that of
+//! the newest normal impulse, so sliding contacts do not part as those of the associated cone do.
+
+use super::Compliance;
+use super::contact::ContactSet;
+use super::nodes::MeetingNodes;
+use pliant_solver::Vec3;
+use std::ops::Range;
+
+/// Most iterations of a solve.
+const MAX_ITERATIONS: usize = 300;
+/// Approach that is left at the end, as a fraction of the fastest one without contact.
+const TOLERANCE: f64 = 0.01;
+/// The same as a way in the step, as a fraction of the gap that surfaces keep: detection stops features at a tenth of the gap.
+const TOLERANCE_OF_GAP: f64 = 0.25;
+/// Work that contacts do which part, as a fraction of the energy that impulses took.
+const TOLERANCE_OF_ENERGY: f64 = 1e-3;
+/// Relative tolerance of the solve for each body.
+const RESPONSE_TOLERANCE: f64 = 1e-5;
+/// Growth of the step length from one iteration to the next.
+const GROWTH: f64 = 1.05;
+/// Margin of a step length below the largest that the last step allows.
+const MARGIN: f64 = 0.9;
+
+/// Most times that a step is shortened in an iteration, and the least factor of each.
+const MAX_SHRINKS: usize = 6;
+const LEAST_SHRINK: f64 = 0.2;
+/// Part of the static friction from which on it is fully used.
+const FULL: f64 = 0.999;
+
+/// A body in the solve: its number, its nodes among those of all, and whether impulses move it.
+pub(super) struct DualMember {
+    pub body: usize,
+    pub nodes: Range<usize>,
+    pub is_moved: bool,
+}
+
+/// What a solve took.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct DualReport {
+    /// Iterations of the gradient method.
+    pub iterations: usize,
+    /// Iterations of the linear solvers of bodies.
+    pub solver_iterations: usize,
+    /// Whether the tolerances were met.
+    pub converged: bool,
+}
+
+/// The solver with its buffers.
+#[derive(Default)]
+pub(super) struct DualSolver {
+    /// Impulses on the nodes, N s, and velocity changes by them, m/s (n x 3).
+    impulses: Vec<Vec3>,
+    pub changes: Vec<Vec3>,
+    /// Velocities of the contacts without impulses, and what the impulses of the last, the present and the extrapolated iterate change, m/s (c x 3).
+    free: Vec<[f64; 3]>,
+    last: Vec<[f64; 3]>,
+    now: Vec<[f64; 3]>,
+    ahead: Vec<[f64; 3]>,
+    /// Impulses of the last and of the extrapolated iterate, N s (c x 3); the present ones are in the contacts.
+    last_impulse: Vec<[f64; 3]>,
+    ahead_impulse: Vec<[f64; 3]>,
+    /// Step length of the last iteration; 0 before the first.
+    length: f64,
+}
+
+impl DualSolver {
+    /// Solves for the impulses of the contacts, starting from those that they have; `free` are velocities of the nodes without contact, m/s (n x 3). Leaves
+    /// the velocity changes in `changes`.
+    pub fn solve(
+        &mut self,
+        set: &mut ContactSet,
+        (nodes, free): (&MeetingNodes, &[Vec3]),
+        members: &[DualMember],
+        bodies: &mut dyn Compliance,
+        dt: f64,
+    ) -> DualReport {
+        let mut report = DualReport::default();
+        self.free.clear();
+        self.free.extend(set.contacts.iter().map(|contact| set.velocities(contact, free)));
+        let tolerance = self.approach_tolerance(set, dt);
+        for contact in &mut set.contacts {
+            contact.slides = false;
+        }
+        self.respond(set, nodes, members, bodies, &mut report);
+        self.ahead.clone_from(&self.now);
+        self.ahead_impulse.clear();
+        self.ahead_impulse.extend(set.contacts.iter().map(|contact| contact.impulse));
+        if self.length == 0.0 {
+            self.length = 1.0;
+        }
+        let mut theta = 1.0_f64;
+        while report.iterations < MAX_ITERATIONS {
+            report.iterations += 1;
+            self.last_impulse.clear();
+            self.last_impulse.extend(set.contacts.iter().map(|contact| contact.impulse));
+            std::mem::swap(&mut self.last, &mut self.now);
+            self.descend(set, nodes, members, bodies, &mut report);
+            if self.has_converged(set, tolerance) {
+                if !self.let_slide(set, tolerance) {
+                    report.converged = true;
+                    break;
+                }
+                theta = 1.0;
+            }
+            let rises = set.contacts.iter().enumerate().map(|(c, contact)| {
+                let gradient = self.gradient(contact.data.bound, c);
+                (0..3).map(|k| gradient[k] * (contact.impulse[k] - self.last_impulse[c][k])).sum::<f64>()
+            });
+            let beta = if rises.sum::<f64>() > 0.0 {
+                theta = 1.0;
+                0.0
+            } else {
+                let squared = theta * theta;
+                let next = 0.5 * ((squared * squared + 4.0 * squared).sqrt() - squared);
+                let beta = theta * (1.0 - theta) / (squared + next);
+                theta = next;
+                beta
+            };
+            for (c, contact) in set.contacts.iter().enumerate() {
+                for k in 0..3 {
+                    self.ahead_impulse[c][k] =
+                        contact.impulse[k] + beta * (contact.impulse[k] - self.last_impulse[c][k]);
+                    self.ahead[c][k] = self.now[c][k] + beta * (self.now[c][k] - self.last[c][k]);
+                }
+            }
+            self.length *= GROWTH;
+        }
+        report
+    }
+
+    /// Approach of a contact that counts as none, m/s.
+    fn approach_tolerance(&self, set: &ContactSet, dt: f64) -> f64 {
+        let each = set.contacts.iter().zip(&self.free).map(|(contact, u)| (contact.data.bound - u[0]).max(0.0));
+        let fastest = each.fold(0.0, f64::max);
+        let thinnest = set.contacts.iter().map(|contact| contact.data.thickness).fold(f64::INFINITY, f64::min);
+        (TOLERANCE * fastest).min(TOLERANCE_OF_GAP * thinnest / dt)
+    }
+
+    /// Gradient of the dual energy at the extrapolated iterate, m/s.
+    fn gradient(&self, bound: f64, c: usize) -> [f64; 3] {
+        let (free, by) = (self.free[c], self.ahead[c]);
+        [free[0] + by[0] - bound, free[1] + by[1], free[2] + by[2]]
+    }
+
+    /// A projected step from the extrapolated iterate, shortened until the quadratic bound of its length holds.
+    fn descend(
+        &mut self,
+        set: &mut ContactSet,
+        nodes: &MeetingNodes,
+        members: &[DualMember],
+        bodies: &mut dyn Compliance,
+        report: &mut DualReport,
+    ) {
+        for _ in 0..MAX_SHRINKS {
+            for (c, contact) in set.contacts.iter_mut().enumerate() {
+                let (gradient, ahead) = (self.gradient(contact.data.bound, c), self.ahead_impulse[c]);
+                let wanted = [0, 1, 2].map(|k: usize| ahead[k] - self.length / contact.scale * gradient[k]);
+                let normal = wanted[0].max(0.0);
+                let [kept, sliding] = contact.data.friction.map(|f| f * normal);
+                let size = length([wanted[1], wanted[2]]);
+                let radius = if contact.slides { sliding } else { kept };
+                let shrink = if size > radius { radius / size } else { 1.0 };
+                contact.impulse = [normal, shrink * wanted[1], shrink * wanted[2]];
+            }
+            self.respond(set, nodes, members, bodies, report);
+            let (mut curvature, mut squared) = (0.0, 0.0);
+            for (c, contact) in set.contacts.iter().enumerate() {
+                for k in 0..3 {
+                    let by = contact.impulse[k] - self.ahead_impulse[c][k];
+                    curvature += by * (self.now[c][k] - self.ahead[c][k]);
+                    squared += contact.scale * by * by;
+                }
+            }
+            // Where impulses hardly change, the tolerance of the responses is all of the curvature.
+            let is_short = curvature * self.length <= squared * (1.0 + 1e-6);
+            if is_short || !curvature.is_finite() {
+                return;
+            }
+            self.length = (MARGIN * squared / curvature).max(LEAST_SHRINK * self.length);
+        }
+    }
+
+    /// Computes the velocity changes of nodes and of contacts by the present impulses.
+    fn respond(
+        &mut self,
+        set: &ContactSet,
+        nodes: &MeetingNodes,
+        members: &[DualMember],
+        bodies: &mut dyn Compliance,
+        report: &mut DualReport,
+    ) {
+        for field in [&mut self.impulses, &mut self.changes] {
+            field.clear();
+            field.resize(nodes.len(), Vec3::zeros());
+        }
+        set.add_impulses(&mut self.impulses);
+        for DualMember { body, nodes: range, is_moved } in members {
+            let impulses = &self.impulses[range.clone()];
+            if !is_moved || impulses.iter().all(|p| *p == Vec3::zeros()) {
+                continue;
+            }
+            let constraints = &nodes.constraint[range.clone()];
+            let changes = &mut self.changes[range.clone()];
+            match bodies.respond(*body, constraints, impulses, RESPONSE_TOLERANCE, changes) {
+                Some(iterations) => report.solver_iterations += iterations,
+                None => {
+                    for ((change, impulse), i) in changes.iter_mut().zip(impulses).zip(range.clone()) {
+                        *change = nodes.response(i, *impulse);
+                    }
+                }
+            }
+        }
+        self.now.clear();
+        self.now.extend(set.contacts.iter().map(|contact| set.velocities(contact, &self.changes)));
+    }
+
+    /// Whether no contact approaches faster than `tolerance` (m/s), and those that part do no work to speak of.
+    fn has_converged(&self, set: &ContactSet, tolerance: f64) -> bool {
+        let (mut approach, mut work, mut energy) = (0.0_f64, 0.0, 0.0);
+        for (c, contact) in set.contacts.iter().enumerate() {
+            let parts = self.free[c][0] + self.now[c][0] - contact.data.bound;
+            approach = approach.max(-parts);
+            work += contact.impulse[0] * parts.max(0.0);
+            energy += 0.5 * (0..3).map(|k| contact.impulse[k] * self.now[c][k]).sum::<f64>();
+            // Friction that has not come to rest, or does not oppose the sliding.
+            let slide = [self.free[c][1] + self.now[c][1], self.free[c][2] + self.now[c][2]];
+            let along = contact.impulse[1] * slide[0] + contact.impulse[2] * slide[1];
+            let radius = contact.data.friction[usize::from(contact.slides)] * contact.impulse[0];
+            work += radius * length(slide) + along;
+        }
+        approach <= tolerance && work <= TOLERANCE_OF_ENERGY * energy
+    }
+
+    /// Lets contacts slide whose static friction does not hold them. Returns whether there are any new ones.
+    fn let_slide(&self, set: &mut ContactSet, tolerance: f64) -> bool {
+        let mut any = false;
+        for (c, contact) in set.contacts.iter_mut().enumerate().filter(|(_, contact)| !contact.slides) {
+            let [kept, sliding] = contact.data.friction.map(|f| f * contact.impulse[0]);
+            let slide = length([self.free[c][1] + self.now[c][1], self.free[c][2] + self.now[c][2]]);
+            let is_full = length([contact.impulse[1], contact.impulse[2]]) >= FULL * kept;
+            contact.slides = sliding < kept && is_full && slide > tolerance;
+            any |= contact.slides;
+        }
+        any
+    }
+
+    /// Forgets the step length, so that a restored session goes on as it did.
+    pub fn forget(&mut self) {
+        self.length = 0.0;
+    }
+
+    /// Memory, bytes.
+    pub fn bytes(&self) -> usize {
+        self.impulses.capacity() * 48 + self.free.capacity() * 6 * 24
+    }
+}
+
+/// Length of a vector along the surface.
+fn length([a, b]: [f64; 2]) -> f64 {
+    (a * a + b * b).sqrt()
+}

@@ -1,0 +1,279 @@
+//! Contact of bodies with each other in a session: which are near, and the stage after they have moved.
+
+use super::body_responses::{BodyResponses, ResponseState};
+use super::{EventKind, Session, SessionError};
+use crate::body::{Body, LatticeError};
+use crate::contact::{BodyCollisions, Meeting, Outcome};
+use crate::plan::Plan;
+use pliant_solver::{Constraint, StepTime, Vec3};
+use std::time::Instant;
+
+/// Two bodies that may meet, or one that meets itself.
+struct MeetingPair {
+    bodies: [usize; 2],
+    friction: [f64; 2],
+    /// What the boxes of the two can still close before they overlap, m.
+    slack: f64,
+    /// Whether the two may touch in this step.
+    is_near: bool,
+}
+
+/// What a session knows about the contact of its bodies with each other.
+#[derive(Default)]
+pub(super) struct Meetings {
+    pairs: Vec<MeetingPair>,
+    collisions: BodyCollisions,
+    /// Whether each body is near another in this step; empty without pairs.
+    near: Vec<bool>,
+    /// Wall-clock time of the stage in the last step, s.
+    seconds: f64,
+    /// What contact did in the last step.
+    outcome: Outcome,
+    responses: Vec<ResponseState>,
+    /// Buffer of [`Session::resolve_meetings`].
+    members: Vec<usize>,
+}
+
+impl Meetings {
+    /// The pairs of a plan.
+    pub(super) fn new(plan: &Plan, bodies: &[Body]) -> Self {
+        let moving = plan.meetings.iter().zip(&plan.moving).filter(|(_, moves)| **moves).map(|(meeting, _)| *meeting);
+        let of: Vec<Meeting> = moving.collect();
+        let is_linear = |i: usize| bodies[i].discretization.lattice().is_none_or(|l| !l.source.is_nonlinear());
+        let mut pairs = Vec::new();
+        for j in 0..of.len() {
+            for i in 0..=j {
+                let (a, b) = (of[i], of[j]);
+                let meet = if i == j { a.meets_itself } else { a.meets && b.meets && is_linear(i) && is_linear(j) };
+                if meet {
+                    let friction = [0, 1].map(|k| a.friction[k].min(b.friction[k]));
+                    pairs.push(MeetingPair { bodies: [i, j], friction, slack: 0.0, is_near: false });
+                }
+            }
+        }
+        if pairs.is_empty() {
+            return Self::default();
+        }
+        Self { pairs, collisions: BodyCollisions::new(of.len()), near: vec![false; of.len()], ..Self::default() }
+    }
+
+    /// Whether two bodies meet.
+    pub(super) fn has_pair(&self, a: usize, b: usize) -> bool {
+        self.pairs.iter().any(|pair| pair.bodies == [a.min(b), a.max(b)])
+    }
+
+    /// Whether a body is near another one in this step.
+    pub(super) fn is_near(&self, body: usize) -> bool {
+        self.near.get(body).copied().unwrap_or(false)
+    }
+
+    /// Forgets what follows from the nodes and the surface of a body, after a change of them.
+    pub(super) fn changed(&mut self, body: usize) {
+        self.collisions.invalidate(body);
+        self.pairs.iter_mut().filter(|pair| pair.bodies.contains(&body)).for_each(|pair| pair.slack = 0.0);
+    }
+
+    /// Impulse of other bodies on a body in the last step, N s.
+    pub(super) fn impulse(&self, body: usize) -> Vec3 {
+        self.collisions.impulse(body)
+    }
+}
+
+/// The box of the nodes of a body, m. Its surface is inside, for weights are not negative.
+fn bounds(body: &Body) -> [Vec3; 2] {
+    let start = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
+    body.system.nodes.x.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)])
+}
+
+/// Distance of two boxes along the axis on which it is largest, m; negative if they overlap.
+fn distance(a: &[Vec3; 2], b: &[Vec3; 2]) -> f64 {
+    (0..3).map(|c| (b[0][c] - a[1][c]).max(a[0][c] - b[1][c])).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Gap between boxes within which bodies are near, in edges.
+const NEAR: f64 = 0.2;
+
+impl Session {
+    /// Finds the bodies that may meet in a step, before they move, and records where they are.
+    pub(super) fn begin_meetings(&mut self, time: StepTime) {
+        if self.meetings.pairs.is_empty() {
+            return;
+        }
+        let start = Instant::now();
+        let mut meetings = std::mem::take(&mut self.meetings);
+        meetings.collisions.begin();
+        meetings.near.fill(false);
+        let fall = 2.0 * time.dt * time.dt * self.plan.gravity.norm();
+        for pair in &mut meetings.pairs {
+            let [i, j] = pair.bodies;
+            let reach = |b: usize| fall + 2.0 * self.moved[b] + NEAR * self.bodies[b].discretization.edge();
+            let reach = reach(i) + reach(j);
+            if i != j && pair.slack <= reach {
+                pair.slack = distance(&bounds(&self.bodies[i]), &bounds(&self.bodies[j]));
+            }
+            pair.is_near = i == j || pair.slack <= reach;
+            if pair.is_near {
+                for b in pair.bodies {
+                    meetings.near[b] = true;
+                }
+            }
+        }
+        // A sheet is always near itself; it is in contact if anything of it came near in the last step.
+        let has_candidates = meetings.outcome.candidates > 0;
+        meetings.outcome = Outcome::default();
+        for index in 0..meetings.near.len() {
+            let may_touch = |pair: &MeetingPair| pair.is_near && (pair.bodies[0] != pair.bodies[1] || has_candidates);
+            let pairs = meetings.pairs.iter().filter(|pair| pair.bodies.contains(&index));
+            self.integrators[index].in_contact = pairs.clone().any(may_touch);
+            if meetings.near[index] {
+                meetings.collisions.record_start(index, &self.bodies[index]);
+            }
+        }
+        // What is met by something that moves wakes up.
+        for pair in meetings.pairs.iter().filter(|pair| pair.is_near) {
+            let [i, j] = pair.bodies;
+            let moves = |b: usize| !self.sleep.is_asleep(b) && self.moved[b] >= self.sleep.speed() * time.dt;
+            let [wakes_i, wakes_j] = [moves(j), moves(i)];
+            for (b, wakes) in [(i, wakes_i), (j, wakes_j)] {
+                if wakes && self.sleep.is_asleep(b) {
+                    self.sleep.wake(b);
+                }
+            }
+        }
+        meetings.seconds = start.elapsed().as_secs_f64();
+        self.meetings = meetings;
+    }
+
+    /// Takes the collisions of a step away, after all bodies have moved.
+    pub(super) fn resolve_meetings(&mut self, time: StepTime) {
+        if self.meetings.pairs.is_empty() {
+            return;
+        }
+        let start = Instant::now();
+        let mut meetings = std::mem::take(&mut self.meetings);
+        for pair in &mut meetings.pairs {
+            let [i, j] = pair.bodies;
+            pair.slack -= self.moved[i] + self.moved[j];
+            pair.is_near |= pair.slack <= 0.0;
+        }
+        let mut members = std::mem::take(&mut meetings.members);
+        members.clear();
+        members.extend(meetings.pairs.iter().filter(|pair| pair.is_near).flat_map(|pair| pair.bodies));
+        members.sort_unstable();
+        members.dedup();
+        members.retain(|&index| self.prepare_member(&mut meetings.collisions, index, time));
+        let place = |body: usize| members.binary_search(&body).ok();
+        let mut has_pairs = false;
+        for pair in meetings.pairs.iter().filter(|pair| pair.is_near) {
+            let [i, j] = pair.bodies;
+            if let (Some(a), Some(b)) = (place(i), place(j))
+                && !(self.stands(i) && self.stands(j))
+            {
+                meetings.collisions.add_pair([a, b], pair.friction);
+                has_pairs = true;
+            }
+        }
+        if has_pairs {
+            self.resolve_collisions(&mut meetings, &members, time);
+        }
+        for &index in &members {
+            if !self.stands(index) {
+                self.rest(index, self.moved[index] / time.dt, time);
+            }
+        }
+        meetings.members = members;
+        meetings.seconds += start.elapsed().as_secs_f64();
+        self.meetings = meetings;
+    }
+
+    /// Whether nothing moves a body: it is in quarantine, or it sleeps.
+    fn stands(&self, index: usize) -> bool {
+        self.bodies[index].frozen.is_some() || self.sleep.is_asleep(index)
+    }
+
+    /// Adds a body to those that may meet. Returns whether its surface could be made.
+    fn prepare_member(&mut self, collisions: &mut BodyCollisions, index: usize, time: StepTime) -> bool {
+        if self.bodies[index].system.nodes.is_empty() {
+            return false;
+        }
+        if let Err(error) = collisions.prepare(index, &mut self.bodies[index]) {
+            self.freeze(index, time.start, error.to_string());
+            return false;
+        }
+        let stands = self.stands(index);
+        let obstacles = self.obstacles.contacts.get(index).into_iter().flat_map(|contacts| contacts.held());
+        let tips = self.sheet_tips[index].held().map(|node| (node, Constraint::Fixed));
+        collisions.add_member(index, &self.bodies[index], time.dt, stands, obstacles.chain(tips));
+        true
+    }
+
+    fn resolve_collisions(&mut self, meetings: &mut Meetings, members: &[usize], time: StepTime) {
+        let mut responses = BodyResponses::new(self, time, &mut meetings.responses);
+        let outcome = meetings.collisions.resolve(time.dt, &mut responses);
+        for (index, why) in responses.end() {
+            self.freeze(index, time.start, why);
+        }
+        meetings.outcome = outcome;
+        for (place, &index) in members.iter().enumerate() {
+            if !outcome.has_pushed || self.stands(index) {
+                continue;
+            }
+            meetings.collisions.write_back(place, &mut self.bodies[index]);
+            let v = &self.bodies[index].system.nodes.v;
+            self.moved[index] = time.dt * v.iter().fold(0.0, |most: f64, v| most.max(v.norm_squared())).sqrt();
+        }
+        if outcome.left > 0 {
+            self.events.add_many(EventKind::CollisionsLeft, outcome.left as u64, time.start, || {
+                format!("{} collisions between bodies are left in a step: surfaces may cut into each other; take a shorter step", outcome.left)
+            });
+        }
+    }
+
+    /// Number of edges that go through triangles between the surfaces of two moving bodies, or of one body.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub fn crossings(&mut self, a: usize, b: usize) -> Result<usize, LatticeError> {
+        let mut collisions = BodyCollisions::new(self.bodies.len());
+        collisions.crossings([a, b], &mut self.bodies)
+    }
+
+    /// Excludes pairs of bodies whose surfaces cross at the start: they would hold each other for good. Returns the bodies of each, with the number of edges
+    /// that go through triangles.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(super) fn exclude_crossing_pairs(&mut self) -> Result<Vec<([usize; 2], usize)>, SessionError> {
+        let mut excluded = Vec::new();
+        let mut meetings = std::mem::take(&mut self.meetings);
+        for pair in &meetings.pairs {
+            let [i, j] = pair.bodies;
+            if i != j && distance(&bounds(&self.bodies[i]), &bounds(&self.bodies[j])) > 0.0 {
+                continue;
+            }
+            let found = meetings.collisions.crossings(pair.bodies, &mut self.bodies);
+            let count = found.map_err(|error| SessionError::Lattice { body: self.bodies[i].name.clone(), error })?;
+            if count > 0 {
+                excluded.push((pair.bodies, count));
+            }
+        }
+        meetings.pairs.retain(|pair| !excluded.iter().any(|(bodies, _)| *bodies == pair.bodies));
+        self.meetings = meetings;
+        Ok(excluded)
+    }
+
+    /// Wall-clock time of contact between bodies in the last step, s; part of [`super::Frame::seconds`].
+    pub fn meeting_seconds(&self) -> f64 {
+        self.meetings.seconds
+    }
+
+    /// What contact between bodies did in the last step.
+    pub fn meeting_outcome(&self) -> Outcome {
+        self.meetings.outcome
+    }
+
+    /// Force of other bodies on a moving body, mean over the last step, N.
+    pub fn contact_force(&self, body: usize) -> Vec3 {
+        self.meetings.impulse(body) / self.clock.dt
+    }
+}
