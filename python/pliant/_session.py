@@ -330,6 +330,32 @@ class Session(Stepped[_native.Session, ToolState]):
         """
         return self._native.redo()
 
+    def split(self, body: str, *, triangle: int | None = None) -> list[str]:
+        """Make the parts of a body bodies of their own, as after a cut right through it.
+
+        Each part keeps its shape, motion, rest shape, pins, paint, fields and history, and moves on alone; :meth:`undo` makes
+        them one body again. The largest part keeps the name and what refers to it. ``positions()`` of a part has the rows of
+        all vertices of the whole, of which ``triangles()`` uses those of the part; :meth:`write` writes the part alone.
+
+        Parameters
+        ----------
+        body
+            Name of a body that moves: a solid in a grid or a sheet, in several parts.
+        triangle
+            Row of ``triangles()`` in the part that leaves the body; the others stay together. Each part becomes a body without it.
+
+        Returns
+        -------
+        list of str
+            Names of the bodies that it is now, the largest part (or what is left) first.
+
+        Raises
+        ------
+        PliantError
+            For a body that is in one part, that stands still, whose elements have failed, or that is a tetrahedral mesh.
+        """
+        return self._native.split(body, triangle)
+
     @property
     def history(self) -> tuple[int, int]:
         """Edits that can be taken back, and that can be made again."""

@@ -14,6 +14,7 @@ use super::open_session::Open;
 use super::states::{frame_dict, hand_pose, tool_dict};
 use numpy::{PyArray1, PyArray2};
 use pliant_editor::{DeviceRequest, DeviceView, DeviceWish};
+use pliant_engine::body::{Body, Division};
 use pliant_engine::session::{CancelToken, Session as EngineSession, Snapshot as EngineSnapshot};
 use pliant_record::{PlanReport, write_model};
 use pliant_solver::Vec3;
@@ -154,6 +155,18 @@ fn middle_of(session: &EngineSession) -> Vec3 {
     let Some(first) = points().next() else { return Vec3::zeros() };
     let (low, high) = points().fold((*first, *first), |(low, high), point| (low.inf(point), high.sup(point)));
     0.5 * (low + high)
+}
+
+/// The triangle of the model that is a row of [`Session::triangles`].
+fn seen_triangle(body: &Body, row: u32) -> Result<u32, Failure> {
+    let found = Found::Moving(0, body);
+    found.triangles().nth(row as usize).ok_or_else(|| {
+        let (name, count) = (&body.name, found.triangles().count());
+        Failure::argument(format!(
+            "body `{name}` has no triangle {row}; allowed is a row of `triangles()`, 0 to {}",
+            count - 1
+        ))
+    })
 }
 
 #[pymethods]
@@ -396,6 +409,23 @@ impl Session {
     /// Makes again what was taken back last; gives whether there was anything.
     fn redo(&self, py: Python<'_>) -> PyResult<bool> {
         self.change(py, |session| Ok(session.redo()))
+    }
+
+    /// Makes parts of a body bodies of their own: each, or the one with a triangle. Gives the names of the bodies that it is now.
+    #[pyo3(signature = (body, triangle))]
+    fn split(&self, py: Python<'_>, body: &str, triangle: Option<u32>) -> PyResult<Vec<String>> {
+        self.change(py, |session| {
+            let Found::Moving(index, _) = Found::named(session, body)? else {
+                let text = format!("body `{body}` does not move and is in one piece; allowed is a body that moves");
+                return Err(Failure::argument(text));
+            };
+            let division = match triangle {
+                None => Division::EachPart,
+                Some(triangle) => Division::PartOf(seen_triangle(&session.bodies[index], triangle)?),
+            };
+            let bodies = session.split(index, division).map_err(Failure::argument)?;
+            Ok(bodies.into_iter().map(|body| session.bodies[body].name.clone()).collect())
+        })
     }
 
     /// Edits that can be taken back, and made again.

@@ -46,6 +46,17 @@ pub const REFERENCE_HEIGHT: &str = "Height";
 pub const REFERENCE_RIGHT: &str = "To the right";
 /// See [`REFERENCE_OPACITY`].
 pub const REFERENCE_UP: &str = "Up";
+/// Makes each part of the bodies a body of its own.
+pub const SPLIT: &str = "Split into parts";
+/// See [`SPLIT`].
+pub const SPLIT_HINT: &str =
+    "After a cut right through: each part becomes a body of its own. Key B: the part under the pointer alone.";
+/// A split in the list of strokes.
+pub const HISTORY_SPLIT: &str = "split";
+/// Name of a body that was split off.
+pub const SPLIT_OFF: &str = "part";
+/// Where the pointer is over no body.
+pub const NOTHING_TO_SPLIT: &str = "Point at the part that is to become a body of its own.";
 /// Heading of the sculpt layers.
 pub const LAYERS: &str = "Layers";
 /// Adds a layer.
@@ -85,6 +96,11 @@ pub const HISTORY_LAYER_STRENGTH: &str = "layer strength";
 pub const HISTORY_MERGE_LAYER: &str = "merge layer";
 /// See [`HISTORY_NEW_LAYER`].
 pub const HISTORY_DELETE_LAYER: &str = "delete layer";
+
+/// Number of bodies, where there are several.
+pub fn bodies(count: usize) -> String {
+    format!("{count} bodies")
+}
 
 /// Name of a parameter of a material that is painted.
 pub fn painted(param: &str) -> &str {
@@ -247,7 +263,7 @@ pub const PATH: &str = "File";
 pub const COARSER: &str = "Use a coarser grid";
 /// Keys, for the help at the lower edge.
 pub const KEYS: &str = "Left: tool, beside the model turn   Middle: turn   Shift+middle or right: move   Wheel: nearer, in a stroke deeper   \
-    F: focus   Home: all   M: pin   P: paint   S: stitch   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X: symmetry   Arrows, Space: pointer without a mouse   Ctrl+Z, Ctrl+Y: undo, redo";
+    F: focus   Home: all   M: pin   P: paint   S: stitch   B: split off   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X: symmetry   Arrows, Space: pointer without a mouse   Ctrl+Z, Ctrl+Y: undo, redo";
 
 /// A question about a session that has ended without closing.
 pub fn recovery(path: &std::path::Path) -> String {

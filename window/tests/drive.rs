@@ -235,6 +235,46 @@ fn open_press_cut_undo_redo_save_reopen() {
 
 #[test]
 #[ignore = "needs Xvfb and xdotool"]
+fn a_part_is_split_off_saved_and_joined_again_by_undo() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = ball(folder.path());
+    let display = Display::start();
+    let mut window = Window::start(&display, &model);
+    let [x, y] = MIDDLE;
+    display.key("3");
+    display.stroke([x + 30, y - 320], [x + 30, y + 320], 60);
+    window.wait_for_stroke("1");
+    let whole = window.save(&display, &model);
+    display.move_to([x - 60, y]);
+    display.key("b");
+    window.wait_for_history("2", "0");
+    std::thread::sleep(Duration::from_millis(1500));
+    if let Some(pictures) = std::env::var_os("PLIANT_TEST_PICTURES") {
+        display.key("F12");
+        let path = window.wait("message")["text"].as_str().unwrap().split_whitespace().last().unwrap().to_owned();
+        std::fs::copy(path, Path::new(&pictures).join("split.png")).unwrap();
+    }
+    let rest = window.save(&display, &model);
+    let others = || {
+        let files = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
+        let mut others: Vec<PathBuf> =
+            files.filter(|path| path.extension().is_some_and(|e| e == "obj") && *path != model).collect();
+        others.sort();
+        others
+    };
+    let part = std::fs::read(others().first().expect("the part has a file of its own")).unwrap();
+    let faces = |file: &[u8]| file.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"f ")).count();
+    assert_eq!(faces(&rest) + faces(&part), faces(&whole), "the faces of the parts are those of the whole");
+    assert!(vertices(&rest) < vertices(&whole) && vertices(&part) < vertices(&whole));
+    display.key("ctrl+z");
+    window.wait_for_history("1", "1");
+    std::thread::sleep(Duration::from_millis(1500));
+    assert!(window.save(&display, &model) == whole, "undo makes it one body, to the byte");
+    window.close(&display);
+}
+
+#[test]
+#[ignore = "needs Xvfb and xdotool"]
 fn killed_in_a_stroke_it_offers_the_shape_before() {
     let folder = tempfile::tempdir().unwrap();
     let model = ball(folder.path());

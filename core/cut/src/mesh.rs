@@ -45,13 +45,20 @@ const MAX_HALF_EDGES: usize = 256;
 impl CutMesh {
     /// The triangles of a document with their placement, uncut.
     pub fn new(document: &ObjDocument, placement: &Placement) -> Self {
-        Self::build(document, placement, true)
+        Self::build(document, Surface::from_document(document).placed(placement), placement, true)
+    }
+
+    /// The triangles of a document at the places and with the corners of `surface` (m), which may differ from the document's by rounding; uncut. As a sheet or as
+    /// the surface of a solid.
+    pub fn of_surface(document: &ObjDocument, surface: Surface, placement: &Placement, is_sheet: bool) -> Self {
+        let mesh = Self::build(document, surface, placement, !is_sheet);
+        if is_sheet { Self { snaps: SHEET_SNAPS, ..mesh } } else { mesh }
     }
 
     /// The same as a sheet: nothing is enclosed and no hole is closed. Its triangles are elements, so a cut snaps to vertices over a larger
     /// distance.
     pub fn sheet(document: &ObjDocument, placement: &Placement) -> Self {
-        Self { snaps: SHEET_SNAPS, ..Self::build(document, placement, false) }
+        Self::of_surface(document, Surface::from_document(document).placed(placement), placement, true)
     }
 
     /// Number of triangles that bound no volume and are cut as an open surface. Lids count like the component they close.
@@ -65,8 +72,7 @@ impl CutMesh {
         halves.map(|(t, links)| (0..3).filter(|c| links[*c] as usize == 3 * t + c).count()).sum()
     }
 
-    fn build(document: &ObjDocument, placement: &Placement, encloses: bool) -> Self {
-        let mut surface = Surface::from_document(document).placed(placement);
+    fn build(document: &ObjDocument, mut surface: Surface, placement: &Placement, encloses: bool) -> Self {
         let mut links = link(&surface);
         let mut lids = if encloses { lids::find(&surface, &links) } else { Vec::new() };
         let (mut texture, mut shading) = corner_rows(document, &surface);

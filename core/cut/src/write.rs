@@ -44,12 +44,25 @@ impl CutMesh {
         material: &str,
         out: &mut impl Write,
     ) -> Result<(), WriteError> {
+        let chosen = Chosen { number: self.vertex_rows(), has_failed: &has_failed, is_divided: &|_| false };
+        self.write_chosen(&chosen, document, points, material, out)
+    }
+
+    /// Writes what is chosen of the model, otherwise as [`CutMesh::write_without`].
+    pub(super) fn write_chosen(
+        &self,
+        chosen: &Chosen<'_>,
+        document: &ObjDocument,
+        points: &[Vec3],
+        material: &str,
+        out: &mut impl Write,
+    ) -> Result<(), WriteError> {
         let original = Surface::from_document(document);
         let count = original.points.len();
         same("document's v", original.points.len(), self.uncut.points)?;
         same("points", points.len(), self.surface.points.len())?;
         let own = self.placement.bring_back(&original.points, &self.surface.points[..count], points);
-        let number = self.vertex_rows();
+        let number = &chosen.number;
         let visible = zip(&points[count..], &number[count..]).filter(|(_, number)| **number != NONE);
         let new: Vec<Vec3> = visible.map(|(&point, _)| self.placement.apply_inverse(point)).collect();
         let turned = self.turned_normals(points);
@@ -60,10 +73,10 @@ impl CutMesh {
             colours: &[],
             texcoords: &self.texcoords[self.uncut.texcoords..],
             normals: &new_normals,
-            faces: self.changed_faces(&has_failed, document, &original, &number, &turned),
+            faces: self.changed_faces(chosen, document, &original, &turned),
             added: (0..self.surface.triangles.len() as u32)
-                .filter(|&t| self.is_cap(t) && !has_failed(t))
-                .map(|t| self.rows(t, &number, &turned))
+                .filter(|&t| self.is_cap(t) && !(chosen.has_failed)(t))
+                .map(|t| self.rows(t, number, &turned))
                 .collect(),
             name: material,
         };
@@ -85,10 +98,9 @@ impl CutMesh {
     /// Replacements of all changed faces, none for those that have failed. A face that only got copies of its vertices stays one face.
     fn changed_faces(
         &self,
-        has_failed: &impl Fn(u32) -> bool,
+        Chosen { number, has_failed, is_divided, .. }: &Chosen<'_>,
         document: &ObjDocument,
         original: &Surface,
-        number: &[u32],
         turned: &TurnedNormals,
     ) -> BTreeMap<u32, Vec<Vec<[u32; 3]>>> {
         let mut changed: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
@@ -106,13 +118,13 @@ impl CutMesh {
         let of_file = zip(&self.surface.face_of, 0..).filter(|(_, t)| !self.is_cap(*t) && !self.is_lid(*t));
         let broken: BTreeSet<u32> = of_file.filter(|(_, t)| has_failed(*t)).map(|(face, _)| *face).collect();
         changed.extend(broken.iter().map(|&face| (face, Vec::new())));
-        for (number, face) in self.surface.face_of.iter().enumerate() {
+        for (triangle, face) in self.surface.face_of.iter().enumerate() {
             if let Some(triangles) = changed.get_mut(face) {
-                triangles.push(number as u32);
+                triangles.push(triangle as u32);
             }
         }
         let polygons = |(face, triangles): (u32, Vec<u32>)| {
-            let whole = if split.contains(&face) || broken.contains(&face) {
+            let whole = if split.contains(&face) || broken.contains(&face) || is_divided(face) {
                 None
             } else {
                 self.renamed(document, original, face, &triangles, number, turned)
@@ -160,6 +172,16 @@ impl CutMesh {
             [number[record.corners[corner] as usize], record.texture[corner], row_of(turned, shaded[corner])]
         })
     }
+}
+
+/// What is written of a model.
+pub(super) struct Chosen<'a> {
+    /// Row of each vertex (n) in the file; [`NONE`] for one that is not written.
+    pub number: Vec<u32>,
+    /// Whether a triangle is left out.
+    pub has_failed: &'a dyn Fn(u32) -> bool,
+    /// Whether a face that got copies of its vertices is written as triangles.
+    pub is_divided: &'a dyn Fn(u32) -> bool,
 }
 
 /// The row of a corner's normal.

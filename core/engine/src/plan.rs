@@ -52,6 +52,8 @@ pub struct Edit {
     pub param: Option<String>,
     /// How deep it paints.
     pub depth: PaintDepth,
+    /// Whether the parts of what it has cut become bodies of their own at its end.
+    pub splits: bool,
 }
 
 /// An undo or redo that a scene asks for.
@@ -196,6 +198,7 @@ impl Plan {
                 strength: check::strength(edit, kind, source)?,
                 param: edit.param.as_ref().map(|param| param.get_ref().clone()),
                 depth: check::depth(edit, source)?,
+                splits: edit.split.as_ref().is_some_and(|split| *split.get_ref()),
             };
             self.edits.push(planned.clone());
             for axes in check::images(edit, source)? {

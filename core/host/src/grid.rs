@@ -46,6 +46,35 @@ impl Region {
         self.cell_fragment.clear();
     }
 
+    /// Keeps the cells (by index) for which `is_kept` holds, the nodes at their corners and the links between these, in their order. Returns the new
+    /// index of each node, `u32::MAX` for one that is gone.
+    pub fn retain_cells(&mut self, mut is_kept: impl FnMut(usize) -> bool) -> Vec<u32> {
+        let kept: Vec<bool> = (0..self.cell_id.len()).map(&mut is_kept).collect();
+        let mut index = vec![u32::MAX; self.node_id.len()];
+        let corners = self.cell_corners.iter().zip(&kept).filter(|(_, kept)| **kept);
+        corners.flat_map(|(corners, _)| corners).for_each(|node| index[*node as usize] = 0);
+        let used: Vec<bool> = index.iter().map(|index| *index == 0).collect();
+        index.iter_mut().filter(|index| **index == 0).zip(0..).for_each(|(index, new)| *index = new);
+        let links: Vec<bool> =
+            self.link_nodes.iter().map(|ends| ends.iter().all(|node| used[*node as usize])).collect();
+        retain(&mut self.node_id, &used);
+        retain(&mut self.node_rest, &used);
+        retain(&mut self.node_measure, &used);
+        retain(&mut self.node_border, &used);
+        retain(&mut self.node_copy, &used);
+        retain(&mut self.cell_id, &kept);
+        retain(&mut self.cell_corners, &kept);
+        retain(&mut self.cell_points, &kept);
+        retain(&mut self.cell_state, &kept);
+        retain(&mut self.cell_fragment, &kept);
+        retain(&mut self.link_nodes, &links);
+        retain(&mut self.link_family, &links);
+        retain(&mut self.link_measure, &links);
+        self.cell_corners.iter_mut().flatten().for_each(|node| *node = index[*node as usize]);
+        self.link_nodes.iter_mut().flatten().for_each(|node| *node = index[*node as usize]);
+        index
+    }
+
     /// Sets the lengths of the lists of nodes, cells and links.
     fn resize(&mut self, nodes: usize, cells: usize, links: usize) {
         self.node_id.resize(nodes, 0);
@@ -113,6 +142,12 @@ impl Region {
     }
 }
 
+/// Keeps the entries of a list whose flag in `kept` is set; a list that the host has not filled yet stays empty.
+fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
+    let mut kept = kept.iter();
+    list.retain(|_| kept.next().copied().unwrap_or(false));
+}
+
 /// A point in a cell of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocatedPoint {
@@ -130,6 +165,8 @@ pub struct Grid {
     table: &'static abi::Grid,
     /// Whether the embedding is non-linear.
     nonlinear: bool,
+    /// Parameters and largest step (s) that it was opened with.
+    opened_with: (ParamSettings, f64),
 }
 
 #[allow(unsafe_code, reason = "calls the grid's functions")]
@@ -153,9 +190,18 @@ impl Grid {
         if !is_complete {
             return Err(instance.error("extension", "the grid's table has a null in it"));
         }
-        let mut grid = Self { instance, table, nonlinear: false };
+        let mut grid = Self { instance, table, nonlinear: false, opened_with: (settings.clone(), dt) };
         grid.nonlinear = table.pull_back.is_some() && grid.place(1, &[], &[], &mut []).is_ok();
         Ok(grid)
+    }
+
+    /// Another grid of the same plugin with the same parameters; nothing is built yet.
+    ///
+    /// # Errors
+    /// Those of [`Grid::open`].
+    pub fn reopen(&self) -> Result<Self, HostError> {
+        let (settings, dt) = &self.opened_with;
+        Self::open(self.library(), &self.info().id, settings, *dt)
     }
 
     /// Builds all levels up to `level` around a surface of points (m) and triangles. `[worker]`

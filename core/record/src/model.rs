@@ -56,6 +56,8 @@ pub struct ModelShape<'a> {
     pub failed_triangles: &'a FailedTriangles,
     /// The mesh, if a blade has cut it.
     pub cut: Option<&'a CutMesh>,
+    /// Whether it is a part of a body that was split: vertices that no face uses are those of other parts, and are left out.
+    pub is_part: bool,
 }
 
 /// A written model.
@@ -77,6 +79,7 @@ impl<'a> ModelShape<'a> {
             present: &body.skin.x,
             failed_triangles: &body.failed_triangles,
             cut: body.cut.as_deref().filter(|mesh| mesh.depth() > 0),
+            is_part: model.is_part(),
         }
     }
 
@@ -102,7 +105,7 @@ impl<'a> ModelShape<'a> {
         if !exposed.triangles().is_empty() {
             return out.write_all(&self.written(cap_material)?.bytes);
         }
-        if self.failed_triangles.is_empty() {
+        if self.failed_triangles.is_empty() && !self.is_part {
             return self.write_whole(cap_material, out);
         }
         let document = self.without_failed(cap_material)?;
@@ -120,7 +123,8 @@ impl<'a> ModelShape<'a> {
         };
         row_of.resize(self.present.len(), NO_ROW);
         let mut bytes = Vec::new();
-        if self.failed_triangles.is_empty() && self.failed_triangles.exposed().triangles().is_empty() {
+        let is_whole = self.failed_triangles.is_empty() && !self.is_part;
+        if is_whole && self.failed_triangles.exposed().triangles().is_empty() {
             self.write_whole(cap_material, &mut bytes)?;
             return Ok(WrittenModel { bytes, row_of });
         }
@@ -195,7 +199,7 @@ impl<'a> ModelShape<'a> {
     /// Writes the document with all rows, and without triangles that have failed.
     fn write_whole(&self, cap_material: &str, out: &mut impl Write) -> io::Result<()> {
         let other = |error: WriteError| io::Error::other(error.to_string());
-        let Self { document, placement, original, present, failed_triangles, cut } = *self;
+        let Self { document, placement, original, present, failed_triangles, cut, is_part: _ } = *self;
         if let Some(mesh) = cut {
             return mesh
                 .write_without(

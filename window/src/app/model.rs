@@ -3,10 +3,11 @@
 use super::ViewSettings;
 use super::gauges::FrameTimes;
 use crate::gl::{Line, Wireframe};
-use crate::materials::MaterialLoad;
+use crate::materials::{MaterialLoad, SurfaceMaterials};
 use crate::opening::ModelFacts;
 use crate::picture::Upload;
 use crate::sim::OpenModel;
+use crate::strings;
 use crate::stroke::HandControl;
 use crate::symmetry::MirrorPlane;
 use crate::view::Camera;
@@ -28,6 +29,10 @@ pub(super) struct Model {
     pub(super) hand: HandControl,
     reader: ViewReader,
     surfaces: Vec<ViewSurface>,
+    /// Number of bodies that moved when the model was opened, and of those that stand, which follow them in `surfaces`. Bodies that were split off come last.
+    opened: [usize; 2],
+    /// Materials of each body that was opened.
+    looks: Vec<Arc<SurfaceMaterials>>,
     pickers: Vec<Picker>,
     /// What has moved of each body since the pickers were told: not during a stroke.
     untold: Vec<Untold>,
@@ -78,12 +83,16 @@ impl Model {
         control.wait_at(
             surfaces.first().map_or(Vector3::zeros(), |s| s.origin) + facts.hand.size * Vector3::new(0.0, 2.0, 0.0),
         );
+        let moving = reader.bodies.iter().filter(|body| body.moves).count();
+        let opened = [moving, surfaces.len() - moving];
         let (waker, opened_bounds) = (Waker::start(&reader, context), bounds_of(&surfaces));
         Self {
             facts,
             hand: control,
             reader,
             untold: vec![Untold::default(); surfaces.len()],
+            opened,
+            looks: Vec::new(),
             surfaces,
             pickers,
             has_edges: false,
@@ -102,10 +111,13 @@ impl Model {
         self.reader.set_cells_enabled(view.cells);
         if self.reader.update() {
             let patches = self.reader.take_patches();
+            let [moving, standing] = self.opened;
+            self.follow_splits();
             let frame = self.reader.frame();
-            for (body, shown) in frame.bodies.iter().enumerate() {
+            for (index, shown) in frame.bodies.iter().enumerate() {
+                let body = if index < moving { index } else { index + standing };
                 let Some(surface) = self.surfaces.get_mut(body) else { continue };
-                let of_body: Vec<_> = patches.iter().filter(|patch| patch.body == body).cloned().collect();
+                let of_body: Vec<_> = patches.iter().filter(|patch| patch.body == index).cloned().collect();
                 let changes = surface.update(frame.number, shown, &of_body);
                 if changes.is_empty() {
                     continue;
@@ -139,6 +151,44 @@ impl Model {
         times.copy(began.elapsed());
     }
 
+    /// Adds a surface for each body that was split off since the last frame, and takes those away that an undo has made part of another again.
+    fn follow_splits(&mut self) {
+        let bodies = &self.reader.frame().bodies;
+        let count = self.surfaces.len().min(bodies.len() + self.opened[1]).max(self.opened.iter().sum());
+        for body in count..self.surfaces.len() {
+            self.uploads.push(Upload { body, ..Upload::default() });
+        }
+        self.surfaces.truncate(count);
+        self.pickers.truncate(count);
+        self.untold.truncate(count);
+        for view in bodies.iter().skip(count - self.opened[1]) {
+            let body = self.surfaces.len();
+            let surface = ViewSurface::of_new_body(strings::SPLIT_OFF.to_owned(), view);
+            self.pickers.push(Picker::new(&surface));
+            self.untold.push(Untold::default());
+            self.surfaces.push(surface);
+            // Parts have the materials of the file; a scene of several bodies has those of the first.
+            let materials = self.looks.first().cloned();
+            self.uploads.push(Upload { body, materials, ..Upload::default() });
+        }
+    }
+
+    /// The body and triangle that a ray meets first, as the session numbers them; `None` where it meets nothing that moves.
+    pub(super) fn pick_body(&mut self, ray: &PointerRay, reach: f64) -> Option<(u32, u32)> {
+        let [moving, standing] = self.opened;
+        let each = self.pickers.iter_mut().zip(&self.surfaces).enumerate();
+        let hits = each.filter_map(|(body, (picker, surface))| Some((body, picker.pick(surface, ray, reach)?)));
+        let (body, hit) = hits.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
+        let stands = (moving..moving + standing).contains(&body);
+        let body = if body < moving { body } else { body - standing };
+        (!stands).then_some((body as u32, hit.triangle))
+    }
+
+    /// Number of bodies that move.
+    pub(super) fn moving_bodies(&self) -> usize {
+        self.surfaces.len() - self.opened[1]
+    }
+
     /// Takes in the materials once they are read; gives a sentence for each that cannot be.
     pub(super) fn take_materials(&mut self) -> Vec<String> {
         let Some(read) = self.materials.as_ref().and_then(MaterialLoad::take) else { return Vec::new() };
@@ -147,13 +197,9 @@ impl Model {
         for (body, (materials, of_body)) in read.into_iter().enumerate().take(self.surfaces.len()) {
             let surface = &self.surfaces[body];
             let (vertices, triangles) = (surface.drawn().len(), surface.corners().len());
-            self.uploads.push(Upload {
-                body,
-                vertices,
-                triangles,
-                materials: Some(Arc::new(materials)),
-                ..Upload::default()
-            });
+            let materials = Arc::new(materials);
+            self.looks.push(Arc::clone(&materials));
+            self.uploads.push(Upload { body, vertices, triangles, materials: Some(materials), ..Upload::default() });
             problems.extend(of_body);
         }
         problems

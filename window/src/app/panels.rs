@@ -177,6 +177,7 @@ impl App {
     fn material_panel(&mut self, ui: &mut egui::Ui) {
         ui.heading(strings::MATERIAL);
         let Some(facts) = self.model.as_ref().map(|model| model.facts.clone()) else { return };
+        self.split_controls(ui);
         let (Some(taken_as), Some(unit), Some(seen)) = (facts.taken_as, facts.unit, &facts.substance) else {
             ui.label(strings::SCENE_MATERIAL);
             self.stiffness_controls(ui);
@@ -231,6 +232,35 @@ impl App {
         if apply.on_hover_text(strings::APPLY_HINT).clicked() {
             self.reopen();
         }
+    }
+
+    /// How many bodies there are, and a button that makes each part one.
+    fn split_controls(&mut self, ui: &mut egui::Ui) {
+        let Some(model) = &self.model else { return };
+        let (count, is_busy) = (model.moving_bodies(), model.hand.is_busy());
+        ui.horizontal(|ui| {
+            let split = ui.add_enabled(!is_busy, egui::Button::new(strings::SPLIT));
+            if split.on_hover_text(strings::SPLIT_HINT).clicked() {
+                self.split_all();
+            }
+            if count > 1 {
+                ui.label(strings::bodies(count));
+            }
+        });
+    }
+
+    /// Makes each part of every body a body of its own.
+    fn split_all(&mut self) {
+        let Some(model) = &self.model else { return };
+        for body in 0..model.moving_bodies() as u32 {
+            self.split(body, None);
+        }
+    }
+
+    /// Makes parts of a body bodies of their own: each, or the one with a triangle.
+    pub(super) fn split(&mut self, body: u32, triangle: Option<u32>) {
+        self.log.event("split", &[("body", body.to_string())]);
+        self.send(Command::Split { body, triangle });
     }
 
     /// The stiffness of what has no Young's modulus in the panel, and how far it has changed.

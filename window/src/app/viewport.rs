@@ -63,6 +63,7 @@ impl App {
             self.navigate(ui, &response, rect, motion);
             let hit = self.use_tool(ui, &response, rect, pointer, motion.began);
             self.view_keys(ui, hit);
+            self.split_key(ui, rect, pointer);
             self.paint(ui, rect);
             self.paint_overlay(ui, rect, hit, pointer);
             self.view_axes(ui, rect);
@@ -264,6 +265,22 @@ impl App {
         }
         if pressed(Key::K) {
             self.toggle_release();
+        }
+    }
+
+    /// The key that makes the part under the pointer a body of its own.
+    fn split_key(&mut self, ui: &egui::Ui, rect: egui::Rect, pointer: Option<egui::Pos2>) {
+        let pressed = ui.input(|input| input.key_pressed(Key::B) && input.modifiers.is_none());
+        let Some(model) = self.model.as_mut().filter(|model| pressed && !model.hand.is_busy()) else { return };
+        if ui.ctx().egui_wants_keyboard_input() {
+            return;
+        }
+        let frame = Frame { rect, camera: &self.camera };
+        let ray = pointer.map(|at| pointer_ray(self.camera.ray(frame.place(at), frame.aspect())));
+        let reach = 2.0 * (self.camera.distance + self.camera.scene_radius);
+        match ray.and_then(|ray| model.pick_body(&ray, reach)) {
+            Some((body, triangle)) => self.split(body, Some(triangle)),
+            None => self.tell(strings::NOTHING_TO_SPLIT.to_owned()),
         }
     }
 

@@ -4,7 +4,7 @@
 //! Each session has a folder with a file that it keeps locked; a folder whose lock is free belongs to a session that has ended
 //! without closing, and its shape is offered at the next start. The model file itself is written by Save alone.
 
-use super::export::write_bodies;
+use super::export::write_together;
 use super::shape_copy::ShapeCopy;
 use crate::opening::OpenRequest;
 use pliant_editor::LengthUnit;
@@ -124,7 +124,7 @@ impl Autosave {
                 }
             }
             None => {
-                write_bodies(session, cap_material, None, &folder.join(SHAPE)).map_err(failed)?;
+                write_together(session, cap_material, &folder.join(SHAPE)).map_err(failed)?;
                 write_note(&folder)?;
             }
         }

@@ -40,6 +40,13 @@ pub enum Command {
     },
     /// Change the sculpt layers by one of the session's commands on them.
     ChangeLayers(SessionCommand),
+    /// Make parts of a body bodies of their own.
+    Split {
+        /// Index of the body among those that move.
+        body: u32,
+        /// A triangle of the part that leaves it; `None` if each part does.
+        triangle: Option<u32>,
+    },
     /// Write the model to a file.
     Save {
         /// Path of the model or scene.

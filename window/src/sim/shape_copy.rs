@@ -21,6 +21,8 @@ pub(super) struct ShapeCopy {
     present: Vec<Vec3>,
     /// Triangles that have torn.
     failed_triangles: FailedTriangles,
+    /// Whether it is a part of a body that was split.
+    is_part: bool,
 }
 
 impl ShapeCopy {
@@ -34,7 +36,14 @@ impl ShapeCopy {
         let (model, present) = (&body.model, body.skin.x.clone());
         let document = known.map_or_else(|| Arc::new(model.document.clone()), Arc::clone);
         let (original, failed_triangles) = (model.surface.points.clone(), body.failed_triangles.clone());
-        Some(Self { document, placement: model.placement, original, present, failed_triangles })
+        Some(Self {
+            document,
+            placement: model.placement,
+            original,
+            present,
+            failed_triangles,
+            is_part: model.is_part(),
+        })
     }
 
     /// The document, for the next copy.
@@ -47,8 +56,16 @@ impl ShapeCopy {
     /// # Errors
     /// What the file system says, and a vertex that cannot be written.
     pub fn write(&self, path: &Path) -> io::Result<()> {
-        let Self { document, placement, original, present, failed_triangles } = self;
-        let shape = ModelShape { document, placement: *placement, original, present, failed_triangles, cut: None };
+        let Self { document, placement, original, present, failed_triangles, is_part } = self;
+        let shape = ModelShape {
+            document,
+            placement: *placement,
+            original,
+            present,
+            failed_triangles,
+            cut: None,
+            is_part: *is_part,
+        };
         // Without a cut no face has its material.
         shape.write_file("", path)
     }

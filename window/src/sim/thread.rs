@@ -2,7 +2,7 @@
 
 use super::autosave::Autosave;
 use super::device_strokes::{DeviceStrokes, StrokeChange};
-use super::export::write_bodies;
+use super::export::{write_bodies, write_together};
 use super::gauges::GaugeWindow;
 use super::history::StrokeLog;
 use super::messages::{Command, Notice, Notifier, OpenModel, Status};
@@ -139,6 +139,14 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
                     // The panel follows at once, also where the history does not change.
                     reported = f64::NEG_INFINITY;
                 }
+                Command::Split { body, triangle } => {
+                    changed |= log.update(session.history(), now);
+                    log.begin(strings::HISTORY_SPLIT);
+                    if session_file.apply(&mut session, SessionCommand::SplitBody { body, triangle }) {
+                        autosave.need(now);
+                    }
+                    reported = f64::NEG_INFINITY;
+                }
                 Command::Save { path, for_user } => {
                     let materials = request.material_folder();
                     notifier.send(save(&mut session, &cap_material, materials, path, for_user));
@@ -231,6 +239,7 @@ fn layer_change(command: &SessionCommand) -> &'static str {
         SessionCommand::Undo
         | SessionCommand::Redo
         | SessionCommand::ResizeTools { .. }
+        | SessionCommand::SplitBody { .. }
         | SessionCommand::SetStiffness { .. } => "",
     }
 }
@@ -252,7 +261,12 @@ fn save_session(session_file: &mut SessionFile, session: &Session, path: &Path) 
 /// Writes every body that moves: the first to `path`, others beside it with their names added.
 fn save(session: &mut Session, cap_material: &str, materials: Option<&Path>, path: PathBuf, for_user: bool) -> Notice {
     session.update_surface();
-    match write_bodies(session, cap_material, materials, &path) {
+    // What is opened again is one file: with all bodies, as after a split.
+    let written = match for_user {
+        true => write_bodies(session, cap_material, materials, &path),
+        false => write_together(session, cap_material, &path).map(|()| Vec::new()),
+    };
+    match written {
         Ok(problems) => Notice::Saved { path, for_user, problems },
         Err(error) => Notice::NotSaved(error.to_string()),
     }

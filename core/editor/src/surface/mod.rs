@@ -102,6 +102,11 @@ impl ViewSurface {
         surface
     }
 
+    /// The surface of a body that has become one of its own in a session, in which `view` is its first frame: empty before that is applied.
+    pub fn of_new_body(name: String, view: &BodyView) -> Self {
+        Self::new(&BodyTopology { name, origin: view.origin, moves: true, ..BodyTopology::default() })
+    }
+
     /// Positions of mesh vertices relative to the origin, m (n x 3).
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions

@@ -24,6 +24,7 @@ mod history;
 mod hold;
 mod majority;
 mod paint;
+mod parts;
 mod point_bindings;
 mod region;
 mod reshape;
@@ -47,7 +48,9 @@ use fragments::Fragments;
 pub(in crate::body) use fragments::NodeKey as LatticeNode;
 pub use fragments::{BodyInterior, CellFragment};
 use paint::LatticePaint;
+pub(in crate::body) use parts::{LatticeComponents, LatticePart, PartCells};
 use pliant_host::{HostError, Region};
+use pliant_mesh::Surface;
 use pliant_plugin_api::abi::{self, Ball, Level};
 use pliant_solver::ForceError;
 use pliant_solver::{Constraint, Nodes, StepTime, System, Vec3};
@@ -198,6 +201,8 @@ pub struct Lattice {
     steps: u32,
     /// Tetrahedra that have failed.
     failed: FailedCells,
+    /// The surface that the grid was built around, if that is not the one of the model's file: of a part of a body that was split.
+    built_around: Option<Arc<Surface>>,
 }
 
 /// A node that moves along the path of a fixing.
@@ -260,6 +265,7 @@ impl Lattice {
             is_grid_checked: false,
             steps: 0,
             failed: FailedCells::default(),
+            built_around: None,
         })
     }
 

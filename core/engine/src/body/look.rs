@@ -45,7 +45,11 @@ impl Model {
         }
         let face = self.surface.face_of[triangle as usize];
         let document_face = document.face(face as usize);
-        let material = document_face.map_or(CAP, |face| face.attributes.material.unwrap_or(ABSENT));
+        let material = match document_face {
+            Some(_) if self.is_cap_face(face) => CAP,
+            Some(face) => face.attributes.material.unwrap_or(ABSENT),
+            None => CAP,
+        };
         // Faces that have come to light are not the cut mesh's.
         if let Some(mesh) = cut.filter(|mesh| (triangle as usize) < mesh.surface().triangles.len()) {
             let (texture, shading) = mesh.corner_rows(triangle);

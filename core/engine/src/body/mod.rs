@@ -8,6 +8,7 @@ mod cell_corners;
 mod cutting;
 mod discretization;
 mod disjoint_sets;
+mod divide;
 mod failed_triangles;
 mod fibres;
 mod fields;
@@ -36,6 +37,7 @@ pub use broken_surface::ExposedFaces;
 pub use cell_corners::CellCorners;
 pub use discretization::Discretization;
 pub(crate) use disjoint_sets::DisjointSets;
+pub use divide::{DivideError, Division};
 pub use failed_triangles::FailedTriangles;
 pub use fibres::{Curve, DirectionCloud, FibreEntry, FibreLines, FibrePart, Fibres};
 pub use fields::{FieldSurface, Fields, Layer, factor_at};
@@ -65,13 +67,36 @@ pub use tint::{PINNED_TINT, tint_of};
 use cutting::CutMargins;
 
 pub use pliant_cut::CutMesh;
+use pliant_host::{HostError, Library, Material, ParamSettings};
 use pliant_solver::{Pool, System, Vec3};
 use std::sync::Arc;
+
+/// What a material was opened with.
+pub(crate) struct MaterialRecipe {
+    pub(crate) library: &'static Library,
+    /// Id of the plugin.
+    pub(crate) id: String,
+    pub(crate) settings: ParamSettings,
+    /// Largest step, s.
+    pub(crate) dt: f64,
+}
+
+impl MaterialRecipe {
+    /// Opens the material once more.
+    ///
+    /// # Errors
+    /// Those of [`Material::open`].
+    fn open(&self) -> Result<Material, HostError> {
+        Material::open(self.library, &self.id, &self.settings, self.dt)
+    }
+}
 
 /// A body of a session, with its state.
 pub struct Body {
     /// Name of the body in the scene.
     pub name: String,
+    /// Number of the body in its session. A part of a body that was split has one of its own.
+    pub(crate) number: u32,
     /// The model at rest; it changes only with a cut.
     pub model: Arc<Model>,
     /// The mesh that blades cut; `None` where no edit of the scene is a cut.
@@ -81,6 +106,8 @@ pub struct Body {
     pub skin: Skin,
     /// Nodes, elements and material.
     pub system: System,
+    /// Plugin and parameters of the material, to open it once more for a part of the body.
+    pub(crate) recipe: Arc<MaterialRecipe>,
     /// How the nodes are chosen, and how the surface follows them.
     pub discretization: Discretization,
     /// Points of the surface of a solid for contact with tools; empty where no tool touches it.
@@ -118,6 +145,13 @@ impl Body {
             symmetry.apply(&self.model, &mut self.skin);
         }
         Ok(())
+    }
+
+    /// Has viewers that have looked at `other` copy all of this body, which is shown in its place.
+    pub(crate) fn take_place_of(&mut self, other: &Self) {
+        self.skin.pages.take_place_of(&other.skin.pages, self.skin.x.len());
+        let count = self.model.surface.triangles.len();
+        Arc::make_mut(&mut self.model).pages.take_place_of(&other.model.pages, count);
     }
 
     /// Position of a point of the rest shape (m) in the present shape. A point outside of all active elements keeps its place.

@@ -5,7 +5,7 @@ use super::pages::PageStamps;
 use pliant_mesh::geometry::TriangleTree;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{Finding, ObjDocument, Placement, Surface, TetMesh, check};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 /// How often the faces of a model's file were divided into four, and why.
@@ -41,6 +41,8 @@ pub struct Model {
     recut: HashMap<u32, Vec<u32>>,
     /// The longest edge at each vertex (n), m.
     longest_edge: Vec<f32>,
+    /// Faces that are caps, of a part of a body that was split; `None` for a body that is whole.
+    part: Option<Arc<HashSet<u32>>>,
 }
 
 impl Model {
@@ -49,6 +51,11 @@ impl Model {
         let surface = Surface::from_document(&document);
         let findings = check(&surface, &document);
         let surface = surface.placed(&placement);
+        Self::of_surface(document, placement, surface, findings)
+    }
+
+    /// The model of a document whose triangles, placed in the scene, are `surface` (m).
+    fn of_surface(document: ObjDocument, placement: Placement, surface: Surface, findings: Vec<Finding>) -> Self {
         let n = surface.points.len();
         let mut start = vec![0_u32; n + 1];
         for &v in surface.triangles.iter().flatten() {
@@ -82,7 +89,28 @@ impl Model {
             pages: PageStamps::default(),
             recut: HashMap::new(),
             longest_edge,
+            part: None,
         }
+    }
+
+    /// The model of a part of a cut body that becomes a body of its own: `document` has all vertices of the whole at rest, `surface` (m) the triangles of the
+    /// part, and `caps` are the faces that cuts have made.
+    pub(super) fn of_part(&self, document: ObjDocument, surface: Surface, caps: HashSet<u32>) -> Self {
+        let mut model = Self::of_surface(document, self.placement, surface, self.findings.clone());
+        model.subdivision.clone_from(&self.subdivision);
+        model.part = Some(Arc::new(caps));
+        model.pages.clone_from(&self.pages);
+        model
+    }
+
+    /// Whether it is a part of a body that was split: its document has vertices that are in other bodies.
+    pub fn is_part(&self) -> bool {
+        self.part.is_some()
+    }
+
+    /// Whether a face of the document is one that a cut made before the body was split.
+    pub fn is_cap_face(&self, face: u32) -> bool {
+        self.part.as_ref().is_some_and(|caps| caps.contains(&face))
     }
 
     /// The model of a tetrahedral mesh, whose boundary is `document`, placed in the scene.

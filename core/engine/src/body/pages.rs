@@ -34,6 +34,12 @@ impl PageStamps {
         self.stamps.resize(count.div_ceil(PAGE), self.period);
     }
 
+    /// Marks all entries of a list of `count` as changed, for viewers that have looked at `other` in its place.
+    pub fn take_place_of(&mut self, other: &Self, count: usize) {
+        self.period = self.period.max(other.period);
+        self.mark_all(count);
+    }
+
     /// Ends the present period and returns its number; later changes have larger numbers.
     pub fn end_period(&mut self) -> u64 {
         self.period += 1;

@@ -44,6 +44,12 @@ impl PaintedFactors {
         self.of.iter().map(|(element, factors)| (*element, &**factors))
     }
 
+    /// The factors of the elements that have a new number, under it.
+    pub fn renumbered(&self, number: impl Fn(u64) -> Option<u64>) -> Self {
+        let of = self.of.iter().filter_map(|(element, factors)| Some((number(*element)?, factors.clone())));
+        Self { of: of.collect(), bounds: self.bounds.clone() }
+    }
+
     /// Gives the elements `pieces` the factors of the element they were cut from.
     pub fn inherit(&mut self, pieces: impl Iterator<Item = (u64, u64)>) {
         for (piece, of) in pieces {

@@ -18,10 +18,12 @@ mod cut;
 mod fields;
 mod order;
 mod paint;
+mod part;
 mod state;
 mod weld;
 
 pub use cut::OldCorners;
+pub(in crate::body) use part::SheetPart;
 pub use state::SheetState;
 
 use order::{Order, inverse};

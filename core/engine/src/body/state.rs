@@ -11,12 +11,12 @@ use std::sync::Arc;
 pub struct BodyState {
     pub(super) nodes: Nodes,
     /// History variables of each element set.
-    history: Vec<Vec<f64>>,
+    pub(super) history: Vec<Vec<f64>>,
     pub(super) discretization: DiscretizationState,
     pub(super) settled: Arc<Vec<Vec3>>,
     /// Number of advances of blades that the mesh had taken.
-    cuts: usize,
-    frozen: Option<String>,
+    pub(super) cuts: usize,
+    pub(super) frozen: Option<String>,
 }
 
 #[derive(Clone)]

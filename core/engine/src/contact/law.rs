@@ -52,6 +52,11 @@ impl LawContacts {
         }
     }
 
+    /// The law, for contacts of another tip or body by the same one.
+    pub fn shared_law(&self) -> Arc<ContactLaw> {
+        Arc::clone(&self.law)
+    }
+
     /// The law of the plugin that gives the tractions.
     pub fn law(&self) -> &ContactLaw {
         &self.law

@@ -24,6 +24,11 @@ impl SheetLaw {
         Self { contacts: LawContacts::new(law), areas: Vec::new(), near: Vec::new() }
     }
 
+    /// The law, for contacts with another sheet by the same one.
+    pub fn law(&self) -> Arc<ContactLaw> {
+        self.contacts.shared_law()
+    }
+
     /// Forgets what depends on the nodes of the sheet.
     pub fn invalidate(&mut self) {
         self.areas.clear();

@@ -141,6 +141,15 @@ impl SoftTip {
         Self { law: Some(SheetLaw::new(law)), ..Self::new(SoftMethod::Penalty) }
     }
 
+    /// A tip with the same method and contact law, without contacts.
+    #[must_use]
+    pub fn with_same_method(&self) -> Self {
+        match &self.law {
+            Some(law) => Self::with_law(law.law()),
+            None => Self::new(self.method),
+        }
+    }
+
     /// Drops all contacts and invalidates the neighbour list, as after a change of the body's nodes.
     pub fn invalidate(&mut self) {
         self.near.invalidate();

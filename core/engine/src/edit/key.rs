@@ -15,6 +15,8 @@ pub enum KeyName {
     Param,
     /// `depth` of what is painted.
     Depth,
+    /// `split`: whether the parts of what is cut become bodies of their own.
+    Split,
 }
 
 impl KeyName {
@@ -27,6 +29,7 @@ impl KeyName {
             Self::Strength => "strength",
             Self::Param => "param",
             Self::Depth => "depth",
+            Self::Split => "split",
         }
     }
 }

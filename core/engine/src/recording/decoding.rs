@@ -131,6 +131,11 @@ impl<'a> ByteReader<'a> {
             }
             8 => Some(SessionCommand::MergeLayer { layer: self.u32()? }),
             9 => Some(SessionCommand::DeleteLayer { layer: self.u32()? }),
+            10 => {
+                let (body, has_triangle, triangle) = (self.u32()?, self.byte()?, self.u32()?);
+                (has_triangle <= 1)
+                    .then_some(SessionCommand::SplitBody { body, triangle: (has_triangle == 1).then_some(triangle) })
+            }
             _ => None,
         }
     }

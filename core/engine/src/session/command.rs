@@ -1,6 +1,7 @@
 //! Requests to a session between two steps, as data: whoever records a session records them with its hands.
 
 use super::Session;
+use crate::body::Division;
 
 /// A request to a session between two steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +21,13 @@ pub enum SessionCommand {
     SetStiffness {
         /// Factor of the stiffness that the scene gives, 0.001 to 1000
         factor: f64,
+    },
+    /// [`Session::split`]: makes parts of a body bodies of their own.
+    SplitBody {
+        /// Index of the body among the moving bodies.
+        body: u32,
+        /// A triangle of the part that leaves the body; `None` if each part does.
+        triangle: Option<u32>,
     },
     /// Adds a sculpt layer above the others. What is done from now on is recorded in it.
     AddLayer {
@@ -71,6 +79,10 @@ impl Session {
                 !self.tools.is_empty()
             }
             SessionCommand::SetStiffness { factor } => self.want_stiffness(factor),
+            SessionCommand::SplitBody { body, triangle } => {
+                let division = triangle.map_or(Division::EachPart, Division::PartOf);
+                self.split(body as usize, division).is_ok()
+            }
             SessionCommand::AddLayer { name } => self.add_layer(&name),
             SessionCommand::RenameLayer { layer, name } => self.rename_layer(layer, &name),
             SessionCommand::RecordLayer { layer } => self.record_layer(layer),

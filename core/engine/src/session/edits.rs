@@ -62,6 +62,9 @@ impl Session {
             if cut || changed_body && edit.kind.changes_topology() {
                 self.fix_layers(time);
             }
+            if cut && edit.splits {
+                self.split_cut_bodies();
+            }
             self.settle(tool, cut || changed_body || kept);
         }
         let slot = &mut self.tools[tool];

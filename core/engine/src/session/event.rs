@@ -27,6 +27,10 @@ pub enum EventKind {
     CutRefused,
     /// A material does not let the parameter vary that an edit paints.
     PaintRefused,
+    /// Parts of a body have become bodies of their own.
+    Split,
+    /// A body was to be split and stays as it is.
+    SplitRefused,
     /// A change of sculpt layers was refused; shape and layers are unchanged.
     LayerRefused,
     /// A cut or a stitch has fixed the sculpt layers from before it.
@@ -89,7 +93,7 @@ impl Events {
             return;
         }
         let count = self.counts.entry(kind).or_default();
-        if *count < MAX_DESCRIBED || kind == EventKind::LayerRefused {
+        if *count < MAX_DESCRIBED || matches!(kind, EventKind::LayerRefused | EventKind::SplitRefused) {
             self.told.push((kind, Event { time, text: text() }));
         }
         *count += many;

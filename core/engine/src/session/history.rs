@@ -33,7 +33,8 @@ pub(super) struct History {
 /// State of all bodies and sculpt layers at one time.
 #[derive(Clone)]
 pub(super) struct SavedState {
-    bodies: Vec<BodyState>,
+    /// Number of each body with its state.
+    bodies: Vec<(u32, BodyState)>,
     layers: SculptLayers,
 }
 
@@ -149,7 +150,7 @@ impl Session {
     /// A snapshot of another session, or of cuts that no longer exist.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (found, expected) = (snapshot.state.bodies.len(), self.bodies.len());
-        if found != expected {
+        if !snapshot.state.bodies.iter().all(|(number, _)| self.has_body(*number)) {
             return Err(SnapshotError::Bodies { found, expected });
         }
         if snapshot.is_cut && snapshot.cut_branches != self.history.cut_branches {
@@ -216,11 +217,27 @@ impl Session {
         }
     }
 
+    /// Records the present state before a change that is no edit of a tool.
+    pub(super) fn remember_now(&mut self) {
+        if self.history.kept {
+            let now = self.save();
+            self.history.undone.clear();
+            self.history.strength_of = None;
+            self.history.push(now);
+        }
+    }
+
+    /// The last state that was recorded is not needed: nothing has changed.
+    pub(super) fn forget_last(&mut self) {
+        self.history.done.pop();
+    }
+
     /// The edit of a tool is over; `changed` tells whether there is anything to take back.
     pub(super) fn settle(&mut self, tool: usize, changed: bool) {
         let Some(place) = self.history.under_way.iter().position(|(t, _)| *t == tool) else { return };
         let (_, before) = self.history.under_way.remove(place);
-        let has_flowed = || self.bodies.iter().zip(&before.bodies).any(|(body, before)| before.has_other_history(body));
+        let has_flowed =
+            || self.bodies.iter().zip(&before.bodies).any(|(body, (_, before))| before.has_other_history(body));
         if changed || has_flowed() {
             self.history.push(before);
         }
@@ -256,7 +273,7 @@ impl Session {
         if is_amid {
             layers.fix(self.history.topologies + 1, &self.bodies);
         }
-        SavedState { bodies: self.bodies.iter().map(crate::body::Body::save).collect(), layers }
+        SavedState { bodies: self.bodies.iter().map(|body| (body.number, body.save())).collect(), layers }
     }
 
     fn restore_state(&mut self, state: &SavedState) {
@@ -264,7 +281,8 @@ impl Session {
         self.layers = state.layers.clone();
         // One that was saved amid a cut has a stamp that no cut has had yet.
         self.history.topologies = self.history.topologies.max(self.layers.topology());
-        for (index, state) in state.bodies.iter().enumerate() {
+        self.show_bodies(state.bodies.iter().map(|(number, _)| *number));
+        for (index, (_, state)) in state.bodies.iter().enumerate() {
             match self.bodies[index].restore(state) {
                 Ok(()) => self.changed(index),
                 Err(error) => self.freeze(index, time, error.to_string()),

@@ -9,6 +9,7 @@ use pliant_solver::{Constraint, StepTime, Vec3};
 use std::time::Instant;
 
 /// Two bodies that may meet, or one that meets itself.
+#[derive(Clone)]
 struct MeetingPair {
     bodies: [usize; 2],
     friction: [f64; 2],
@@ -22,6 +23,8 @@ struct MeetingPair {
 #[derive(Default)]
 pub(super) struct Meetings {
     pairs: Vec<MeetingPair>,
+    /// The pairs of the bodies of the scene, once one of them has been split.
+    of_scene: Option<Vec<MeetingPair>>,
     collisions: BodyCollisions,
     /// Whether each body is near another in this step; empty without pairs.
     near: Vec<bool>,
@@ -55,6 +58,24 @@ impl Meetings {
             return Self::default();
         }
         Self { pairs, collisions: BodyCollisions::new(of.len()), near: vec![false; of.len()], ..Self::default() }
+    }
+
+    /// Adapts to other bodies, of which each is a part of the body of the scene in `roots`, or that body. Parts meet what the whole meets, and not each other: they lie
+    /// against each other where they were cut.
+    pub(super) fn set_bodies(&mut self, roots: &[usize]) {
+        let of_scene = self.of_scene.get_or_insert_with(|| self.pairs.clone());
+        if of_scene.is_empty() {
+            return;
+        }
+        let mut pairs = Vec::new();
+        for (j, b) in roots.iter().enumerate() {
+            for (i, a) in roots[..=j].iter().enumerate().filter(|(i, a)| *i == j || *a != b) {
+                let same = of_scene.iter().find(|pair| pair.bodies == [*a.min(b), *a.max(b)]);
+                pairs.extend(same.map(|pair| MeetingPair { bodies: [i, j], slack: 0.0, is_near: false, ..*pair }));
+            }
+        }
+        (self.pairs, self.near) = (pairs, vec![false; roots.len()]);
+        self.collisions = BodyCollisions::new(roots.len());
     }
 
     /// Whether two bodies meet.

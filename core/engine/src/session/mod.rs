@@ -6,6 +6,7 @@ mod command;
 mod contact_law_checks;
 mod contact_models;
 mod devices;
+mod division;
 mod edits;
 mod error;
 mod event;
@@ -45,6 +46,7 @@ mod workers;
 pub use command::SessionCommand;
 pub use contact_models::LIVE_TIP_MASS;
 pub use devices::HandPose;
+pub use division::SplitError;
 pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
 pub use frame::{Frame, ToolFrame};
@@ -67,6 +69,7 @@ use crate::memory::BodyMemory;
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::recording::RecordedHands;
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool, TorqueSafety};
+use division::DividedBodies;
 use hand_events::Ongoing;
 use history::History;
 use lapse::Watch;
@@ -339,6 +342,7 @@ pub struct Session {
     energy: bool,
     history: History,
     layers: SculptLayers,
+    divided: DividedBodies,
     warnings: Warnings,
 }
 

@@ -66,6 +66,15 @@ impl Obstacles {
     }
 }
 
+impl Obstacles {
+    /// Adapts to another number of moving bodies.
+    pub(super) fn resize(&mut self, bodies: usize) {
+        let bodies = if self.list.is_empty() { 0 } else { bodies };
+        self.contacts.resize_with(bodies, ObstacleContacts::new);
+        self.unseen.resize(bodies, 0.0);
+    }
+}
+
 impl Opening<'_> {
     /// Opens the obstacles of a scene. Returns them and the files that were read.
     pub(super) fn obstacles(&mut self, scene: &Scene) -> Result<(Vec<Obstacle>, Vec<PathBuf>), SessionError> {

@@ -17,8 +17,8 @@ use super::{
     Choices, Clock, DeviceSlot, EventKind, Events, Frame, Loaded, Scratch, Session, SessionError, ToolSlot, place,
 };
 use crate::body::{
-    Body, CellSource, Discretization, FailedTriangles, Lattice, LatticeError, Model, RegionSettings, Sheet, Skin,
-    StiffnessFactor, Subdivision, TetrahedralCells,
+    Body, CellSource, Discretization, FailedTriangles, Lattice, LatticeError, MaterialRecipe, Model, RegionSettings,
+    Sheet, Skin, StiffnessFactor, Subdivision, TetrahedralCells,
 };
 use crate::contact::{Friction, LayerLaw, SheetTips};
 use crate::edit::BladeEdge;
@@ -218,6 +218,7 @@ impl Session {
             stiffness: super::StiffnessState::default(),
             history: History::default(),
             layers: super::SculptLayers::default(),
+            divided: super::DividedBodies::new(count),
         };
         session.open_pads();
         let has_undo = session.recordings.iter().any(|recording| recording.has_undo());
@@ -356,6 +357,7 @@ impl Opening<'_> {
             Discretization::Sheet(sheet) => (sheet.fields, sheet.stiffness) = (fields, stiffness),
         }
         let made = if scene.sheet.is_some() { CutMesh::sheet } else { CutMesh::new };
+        let recipe = MaterialRecipe { library, id: info.id.clone(), settings: settings.clone(), dt: self.dt };
         let measured_key = |lattice: &Lattice| {
             let settings = &lattice.settings;
             format!("{} {settings:?} {material_key} {:?} {:?}", lattice.key, scene.field, scene.fibre)
@@ -368,11 +370,13 @@ impl Opening<'_> {
         self.seams.push(seams);
         Ok(Body {
             name,
+            number: self.seams.len() as u32 - 1,
             cut_margins: std::collections::HashMap::default(),
             cut: cuts.then(|| Box::new(made(&model.document, &model.placement))),
             model,
             skin,
             system: System::new(Box::new(material)),
+            recipe: Arc::new(recipe),
             discretization,
             samples: Arc::default(),
             layer_stiffness: 0.0,

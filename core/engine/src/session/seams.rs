@@ -40,6 +40,15 @@ impl Seams {
     }
 }
 
+impl Seams {
+    /// The seams of each of other bodies.
+    pub fn set_bodies(&mut self, of_body: Vec<Vec<Seam>>) {
+        self.open = of_body.iter().map(|seams| seams.iter().map(|seam| seam.pairs.len()).sum()).collect();
+        self.of_body = of_body;
+        self.refused.clear();
+    }
+}
+
 /// Stiffness of the spring of a pair, over its lighter mass and the square of the step: of implicit steps, which are stable with any, so that inertia hardly
 /// delays a seam; and of explicit ones, far below their limit of stability.
 const STIFFNESS: [f64; 2] = [100.0, 0.1];

@@ -39,6 +39,11 @@ impl Sleep {
         self.speed
     }
 
+    /// Adapts to another number of bodies; new ones are awake.
+    pub(super) fn resize(&mut self, bodies: usize) {
+        self.rests.resize_with(bodies, Rest::default);
+    }
+
     /// Wakes a body.
     pub(super) fn wake(&mut self, index: usize) {
         self.rests[index] = Rest::default();

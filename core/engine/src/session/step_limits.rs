@@ -33,6 +33,20 @@ impl StepLimits {
         }
     }
 
+    /// Forgets the bodies from number `count` on.
+    pub(super) fn truncate(&mut self, count: usize) {
+        self.frequencies.truncate(count);
+        self.planned.truncate(count);
+        self.costs.truncate(count);
+    }
+
+    /// Adds a body with the limits of the body number `root`, of which it is a part: no mode of a part is faster than the fastest one of the whole.
+    pub(super) fn push_like(&mut self, root: usize, name: &str) {
+        self.frequencies.push(self.frequencies[root]);
+        self.planned.push(self.planned[root]);
+        self.costs.push(StepCost { body: name.to_owned(), ..self.costs[root].clone() });
+    }
+
     /// Largest step for which `scheme` is stable for every body, s; `None` without a limit.
     pub(super) fn limit(&self, scheme: Scheme) -> Option<f64> {
         least(self.planned.iter().map(|f| f.limit(scheme)))

@@ -36,6 +36,11 @@ impl Workers {
         if elements < MAX_SINGLE_THREAD { &self.alone } else { &self.all }
     }
 
+    /// Adapts to another number of bodies.
+    pub(super) fn resize(&mut self, bodies: usize) {
+        self.choices.resize_with(bodies, ThreadChoice::default);
+    }
+
     /// Runs the step of body number `index` with this number of elements on the threads that suit it.
     pub(super) fn run<R: Send>(&mut self, index: usize, elements: usize, step: impl FnOnce(&Pool) -> R + Send) -> R {
         let choice = &mut self.choices[index];

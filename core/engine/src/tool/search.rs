@@ -20,6 +20,12 @@ impl SurfaceSearch {
         Self { near: (0..bodies).map(|_| ProximitySearch::default()).collect(), still: vec![0.0; bodies] }
     }
 
+    /// Adapts to another number of bodies.
+    pub fn resize(&mut self, bodies: usize) {
+        self.near.resize_with(bodies, ProximitySearch::default);
+        self.still.resize(bodies, 0.0);
+    }
+
     /// Invalidates the list of cells of `body`, as after a change of its cells.
     pub fn invalidate(&mut self, body: usize) {
         self.near[body].invalidate();

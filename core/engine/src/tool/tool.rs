@@ -102,6 +102,13 @@ impl Tool {
         }
     }
 
+    /// Adapts to another number of bodies.
+    pub(crate) fn resize_bodies(&mut self, bodies: usize) {
+        self.surface.resize(bodies);
+        self.springs.resize_with(bodies, NodeSprings::default);
+        self.numbering.resize(bodies, 0);
+    }
+
     /// Its loads on the nodes of a body.
     pub fn springs(&self, body: usize) -> &NodeSprings {
         &self.springs[body]

@@ -127,6 +127,11 @@ impl ViewWriter {
         (frame.nodes, frame.elements) = (felt.nodes, felt.elements);
         frame.bodies.resize_with(session.bodies.len(), BodyView::default);
         frame.cells.clear();
+        // Bodies that were split are more than before, and after an undo fewer: new ones begin without triangles and send all of them.
+        self.bodies.truncate(session.bodies.len());
+        for body in &session.bodies[self.bodies.len()..] {
+            self.bodies.push(BodyTrack::empty(body));
+        }
         let wants_cells = self.wants_cells.load(Ordering::Relaxed);
         for (index, body) in session.bodies.iter_mut().enumerate() {
             let Some(track) = self.bodies.get_mut(index) else { continue };
@@ -148,6 +153,12 @@ impl ViewWriter {
 }
 
 impl BodyTrack {
+    /// The record of a body that no viewer has seen yet.
+    fn empty(body: &Body) -> Self {
+        let origin = body.model.surface.bounds().centre();
+        Self { origin, vertices_seen: 0, triangles_seen: 0, triangles: 0, patches: 0, stamps: Vec::new() }
+    }
+
     /// Changes of a body's triangles since the last frame; `None` if there are none.
     fn patch(&mut self, index: usize, body: &mut Body) -> Option<TopologyPatch> {
         let count = body.model.surface.triangles.len();

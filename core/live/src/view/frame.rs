@@ -14,7 +14,8 @@ pub struct ViewFrame {
     pub time: f64,
     /// Number of simulated steps.
     pub steps: u64,
-    /// Moving bodies, in the order of the session.
+    /// Moving bodies, in the order of the session. There are more than at its opening after a body was split; each new one begins without vertices and
+    /// triangles.
     pub bodies: Vec<BodyView>,
     /// Tools, in the order of the session.
     pub tools: Vec<ToolFrame>,

@@ -85,5 +85,11 @@ pub(super) fn put_command(out: &mut Vec<u8>, command: &SessionCommand) {
             out.push(9);
             out.extend_from_slice(&layer.to_le_bytes());
         }
+        SessionCommand::SplitBody { body, triangle } => {
+            out.push(10);
+            out.extend_from_slice(&body.to_le_bytes());
+            out.push(u8::from(triangle.is_some()));
+            out.extend_from_slice(&triangle.unwrap_or(0).to_le_bytes());
+        }
     }
 }

@@ -195,6 +195,19 @@ impl Integrator {
         }
     }
 
+    /// An integrator for zero nodes with the settings of this one; call [`Integrator::resize`] next.
+    #[must_use]
+    pub fn with_same_settings(&self) -> Self {
+        let mut other = Self::new(self.scheme, self.tolerance, self.max_iterations);
+        other.max_newton = self.max_newton;
+        other.newton_tolerance = self.newton_tolerance;
+        other.max_displacement = self.max_displacement;
+        other.guarded_speed = self.guarded_speed;
+        other.max_substeps = self.max_substeps;
+        other.set_preconditioner(self.pcg.preconditioner);
+        other
+    }
+
     /// Chooses the preconditioner of the linear solves.
     pub fn set_preconditioner(&mut self, preconditioner: Preconditioner) {
         self.pcg.preconditioner = preconditioner;

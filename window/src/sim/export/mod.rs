@@ -2,6 +2,7 @@
 
 mod glb;
 mod stl;
+mod together;
 
 use glb::write_glb;
 use pliant_engine::session::Session;
@@ -9,6 +10,7 @@ use pliant_record::write_model;
 use std::io;
 use std::path::{Path, PathBuf};
 use stl::write_stl;
+pub use together::write_together;
 
 /// A format of model files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -58,6 +58,10 @@ impl Lattice {
         }
         points.sort_unstable();
         points.dedup();
+        if self.fragments.is_part() {
+            // Points without triangles are those of other parts.
+            points.retain(|bound| !neighbours(bound.point).is_empty());
+        }
         let (mut embeddings, mut containing_of) = (Embeddings::new(), BTreeMap::new());
         for bound in points {
             let BoundPoint { point, containing } = bound;

@@ -35,6 +35,13 @@ impl LatticePaint {
         Arc::make_mut(&mut self.pins).insert(key);
     }
 
+    /// The paint of a part of a body, whose surface points are `own`.
+    pub(super) fn of_part(&self, own: impl Fn(u32) -> bool) -> Self {
+        let mut part = self.clone();
+        Arc::make_mut(&mut part.held).retain(|point| own(*point));
+        part
+    }
+
     /// Pins the copies of pinned nodes.
     pub(super) fn pin_copies<'a>(&mut self, copies: impl Iterator<Item = (&'a NodeKey, &'a NodeKey)>) {
         for (copy, original) in copies {

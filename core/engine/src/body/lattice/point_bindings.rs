@@ -33,6 +33,16 @@ impl PointBindings {
         self.places.insert(point, place);
     }
 
+    /// The bindings of the points that are `own`.
+    pub fn of_part(&self, own: impl Fn(u32) -> bool) -> Self {
+        let mut part = self.clone();
+        part.made.values_mut().for_each(|points| points.retain(|point| own(*point)));
+        part.moved_in.values_mut().for_each(|points| points.retain(|bound| own(bound.point)));
+        part.cell_of.retain(|point, _| own(*point));
+        part.places.retain(|point, _| own(*point));
+        part
+    }
+
     /// Points that lie in a cell or are embedded in it and that the grid does not list there.
     pub fn of_cell(&self, cell: u64) -> impl Iterator<Item = BoundPoint> + '_ {
         let made = self.made.get(&cell).into_iter().flatten();

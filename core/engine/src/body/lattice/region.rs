@@ -68,6 +68,10 @@ impl Lattice {
         if region.cell_id.len() > self.most_cells {
             return Err(LatticeError::Memory { cells: region.cell_id.len(), most: self.most_cells });
         }
+        if self.fragments.is_part() {
+            let present: Vec<bool> = region.cell_id.iter().map(|id| !self.fragments.is_absent(*id)).collect();
+            region.retain_cells(|cell| present[cell]);
+        }
         self.contact_balls.clear();
         self.contact_balls.extend_from_slice(wanted);
         if !wanted.is_empty() {

@@ -13,15 +13,15 @@ use pliant_solver::{Nodes, System};
 /// Saved state of a lattice without its nodes; its size grows with the active region and the cuts. Fields are those of [`Lattice`].
 #[derive(Clone)]
 pub struct LatticeState {
-    region: Region,
-    contact_balls: Vec<Ball>,
-    last_contact_balls: Vec<Ball>,
-    rest_offsets: RestOffsets,
-    fragments: Fragments,
-    bindings: PointBindings,
-    needs_rebuild: bool,
-    steps: u32,
-    paint: LatticePaint,
+    pub(super) region: Region,
+    pub(super) contact_balls: Vec<Ball>,
+    pub(super) last_contact_balls: Vec<Ball>,
+    pub(super) rest_offsets: RestOffsets,
+    pub(super) fragments: Fragments,
+    pub(super) bindings: PointBindings,
+    pub(super) needs_rebuild: bool,
+    pub(super) steps: u32,
+    pub(super) paint: LatticePaint,
 }
 
 impl LatticeState {

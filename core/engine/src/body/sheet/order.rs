@@ -49,6 +49,21 @@ impl Order {
         Self { vertices, triangles, count: file.count }
     }
 
+    /// This order, extended to `surface`, with the vertices of a part of it and its triangles, under the numbers that `triangle` gives them.
+    pub fn of_part(
+        &self,
+        surface: &Surface,
+        owns: impl Fn(u32) -> bool,
+        triangle: impl Fn(u32) -> Option<u32>,
+    ) -> Self {
+        let Self { vertices, triangles, count } = self.extended(surface);
+        Self {
+            vertices: vertices.into_iter().filter(|vertex| owns(*vertex)).collect(),
+            triangles: triangles.into_iter().filter_map(triangle).collect(),
+            count,
+        }
+    }
+
     /// This order with the vertices and triangles that cuts have added to the mesh appended.
     pub fn extended(&self, surface: &Surface) -> Self {
         let mut used = vec![false; surface.points.len()];

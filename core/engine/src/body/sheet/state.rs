@@ -12,13 +12,13 @@ use std::sync::Arc;
 /// Saved state of a sheet without its nodes; large arrays are shared until they change. Fields are those of [`Sheet`].
 #[derive(Clone)]
 pub struct SheetState {
-    order: Arc<Order>,
-    material: Arc<Vec<f64>>,
-    clamped: Arc<Vec<[u32; 2]>>,
-    driven: Vec<DrivenNode>,
-    active: bool,
-    paint: SheetPaint,
-    welds: Arc<BTreeMap<u32, u32>>,
+    pub(super) order: Arc<Order>,
+    pub(super) material: Arc<Vec<f64>>,
+    pub(super) clamped: Arc<Vec<[u32; 2]>>,
+    pub(super) driven: Vec<DrivenNode>,
+    pub(super) active: bool,
+    pub(super) paint: SheetPaint,
+    pub(super) welds: Arc<BTreeMap<u32, u32>>,
 }
 
 impl Sheet {

@@ -116,6 +116,8 @@ impl Knife {
         bodies: &mut [Body],
         last: bool,
     ) -> Result<CutStep, LatticeError> {
+        // Bodies that were split are more than at the beginning of the edit.
+        self.strokes.resize_with(bodies.len(), || None);
         let along = hand.rotation * self.edge.direction;
         self.follow(hand, &along, stiffness, bodies)?;
         let mut step = CutStep::default();

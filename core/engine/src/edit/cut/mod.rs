@@ -5,7 +5,7 @@ mod sheet_intersection;
 
 pub use knife::{BladeEdge, CutStep};
 
-use super::{Action, ActiveBall, BodyPoint, EditKind, Step};
+use super::{Action, ActiveBall, BodyPoint, EditKind, Key, KeyName, Step};
 use crate::body::{Body, EmbeddedPoint, LatticeError};
 use crate::plan::Edit;
 use crate::tool::{Hand, Tool, diagonal};
@@ -22,6 +22,14 @@ impl EditKind for Cut {
 
     fn summary(&self) -> &'static str {
         "Cut with a tool that has a blade."
+    }
+
+    fn keys(&self) -> &'static [Key] {
+        &[Key {
+            name: KeyName::Split,
+            default: "false",
+            summary: "Whether the parts of what it has cut become bodies of their own at its end.",
+        }]
     }
 
     fn cuts(&self) -> bool {

@@ -51,6 +51,9 @@ pub struct EditScene {
     /// How deep a `paint` goes: `through` by default, `surface`, or the thickness of a layer in m.
     #[schemars(with = "Option<Amount>")]
     pub depth: Option<Spanned<Amount>>,
+    /// Whether each part of the bodies that a `cut` has cut becomes a body of its own at the end of the edit; `false` by default.
+    #[schemars(with = "Option<bool>")]
+    pub split: Option<Spanned<bool>>,
 }
 
 /// A number in SI units or a text with a unit; the quantity depends on the kind of the edit.

@@ -48,7 +48,23 @@ impl Fragments {
                 best = Some((distance_squared, self.anchor_in(fragment, place)));
             }
         }
-        best.map_or_else(|| own(cell.voxels.fragment_at(self.edge, place)), |(_, anchor)| anchor)
+        match best {
+            Some((_, anchor)) => anchor,
+            None if cell.fragments.is_empty() => self.nearest_anchor(place).unwrap_or_else(|| own(0)),
+            None => own(cell.voxels.fragment_at(self.edge, place)),
+        }
+    }
+
+    /// The fragment of the cut cell with the reference voxel nearest to a rest position (m): for a position in a cell that is in another body.
+    fn nearest_anchor(&self, place: Vec3) -> Option<Anchor> {
+        let points = |(id, cell): (&u64, &CutCell)| {
+            let of_cell = cell.voxels.reference_points();
+            let distance = of_cell.map(|(voxel, point)| (voxel, (point - place).norm_squared()));
+            let (voxel, distance) = distance.min_by(|a, b| a.1.total_cmp(&b.1))?;
+            Some((distance, CellFragment { cell: *id, fragment: cell.voxels.fragment(voxel) }))
+        };
+        let nearest = self.cells.iter().filter_map(points).min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(_, fragment)| self.anchor_in(fragment, place))
     }
 
     /// Embeds a rest position (m) in a given fragment, at the point of its cell nearest to it.

@@ -13,6 +13,7 @@ mod apply;
 mod crossing;
 mod heal;
 mod node_assignment;
+mod part;
 mod slivers;
 mod voxel_points;
 mod voxels;
@@ -21,7 +22,8 @@ pub use anchor::Anchor;
 use pliant_host::{Grid, HostError, Region};
 use pliant_plugin_api::abi;
 use pliant_solver::Vec3;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::Arc;
 use voxel_points::VoxelPoints;
 use voxels::Voxels;
 
@@ -47,7 +49,7 @@ pub struct NewCopy {
 }
 
 /// A fragment of a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CellFragment {
     /// Id of the cell.
     pub cell: u64,
@@ -77,6 +79,8 @@ pub struct Fragments {
     pub new_copies: Vec<NewCopy>,
     /// Nodes that the last change has made one with another, and that other.
     pub merged: Vec<(NodeKey, NodeKey)>,
+    /// Cells that no blade has cut and that are in other bodies, since the body is a part of one that was split; `None` for a body that is whole.
+    absent: Option<Arc<HashSet<u64>>>,
 }
 
 /// A cell that was cut or is next to a cut.
@@ -248,9 +252,11 @@ impl Fragments {
                 _ => u64::MAX,
             };
             nodes.iter().for_each(|node| self.cells_of_node.entry(*node).or_default().push(id));
-            let voxels = Voxels::new(solid, points);
-            self.cells
-                .insert(id, CutCell { reference, nodes, neighbours, voxels, fragments: vec![whole], is_healed: false });
+            let (voxels, fragments) = match self.is_absent(id) {
+                true => (Voxels::absent(points), Vec::new()),
+                false => (Voxels::new(solid, points), vec![whole]),
+            };
+            self.cells.insert(id, CutCell { reference, nodes, neighbours, voxels, fragments, is_healed: false });
         }
         Ok(())
     }
@@ -293,8 +299,9 @@ impl Fragments {
 
     /// Adds a surface point to the fragment of its anchor.
     pub fn bind(&mut self, anchor: &Anchor, point: u32) {
-        if let Some(cell) = self.cells.get_mut(&anchor.fragment.cell) {
-            cell.fragments[anchor.fragment.fragment].points.push(point);
+        let cell = self.cells.get_mut(&anchor.fragment.cell);
+        if let Some(fragment) = cell.and_then(|cell| cell.fragments.get_mut(anchor.fragment.fragment)) {
+            fragment.points.push(point);
         }
     }
 }

@@ -24,6 +24,8 @@ pub(super) struct Voxels {
     previous: [u8; COUNT],
     /// Number of solid voxels of each fragment.
     sizes: Vec<u8>,
+    /// Number of voxels that the body occupied before parts of it became bodies of their own.
+    occupied: u32,
     /// Bit v: voxel v belonged to a sliver and was merged with another fragment. It is no reference for points.
     merged: u64,
     /// Triangles that the blade has swept near the cell, m.
@@ -90,9 +92,40 @@ impl Voxels {
             fragment: [0; COUNT],
             previous: [0; COUNT],
             sizes: vec![solid.count_ones() as u8],
+            occupied: solid.count_ones(),
             merged: 0,
             blade: Vec::new(),
         }
+    }
+
+    /// The voxels of a cell of which the body occupies nothing: all of it is in another body.
+    pub(super) fn absent(points: VoxelPoints) -> Self {
+        let mut voxels = Self::new(u64::MAX, points);
+        (voxels.solid, voxels.sizes) = (0, Vec::new());
+        voxels
+    }
+
+    /// Removes the fragments that are not `kept` (by number) from the body: what is left keeps its share of the cell, and is numbered in its order.
+    pub(super) fn keep(&mut self, kept: &[bool]) {
+        let removed = (0..COUNT).filter(|v| self.is_solid(*v) && !kept[self.fragment(*v)]);
+        self.solid &= !removed.fold(0, |bits, v| bits | 1 << v);
+        self.merged &= self.solid;
+        let mut number = vec![0_u8; kept.len()];
+        let numbers = number.iter_mut().zip(kept).filter(|(_, kept)| **kept);
+        numbers.zip(0..).for_each(|((number, _), new)| *number = new);
+        let mut sizes = kept.iter();
+        self.sizes.retain(|_| sizes.next().copied().unwrap_or(false));
+        let old = self.fragment;
+        for voxel in 0..COUNT {
+            let solid = (0..COUNT).filter(|other| self.is_solid(*other));
+            let nearest = if self.is_solid(voxel) {
+                Some(voxel)
+            } else {
+                solid.min_by_key(|other| distance_squared(voxel, *other))
+            };
+            self.fragment[voxel] = nearest.map_or(0, |nearest| number[usize::from(old[nearest])]);
+        }
+        self.store_labels();
     }
 
     /// Removes the links that a triangle crosses.
@@ -212,9 +245,9 @@ impl Voxels {
         self.sizes.len()
     }
 
-    /// Share of a fragment in the solid volume of the cell, 0 to 1.
+    /// Share of a fragment in the volume of the cell that was solid before any part became another body, 0 to 1.
     pub(super) fn share(&self, fragment: usize) -> f64 {
-        f64::from(self.sizes[fragment]) / f64::from(self.solid.count_ones())
+        f64::from(self.sizes[fragment]) / f64::from(self.occupied)
     }
 
     /// The fragment of a voxel.
