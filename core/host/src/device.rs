@@ -85,7 +85,7 @@ impl Device {
         else {
             return Err(instance.error("extension", "the device's table has a null in it"));
         };
-        let mut device_info = empty_device_info();
+        let mut device_info = DeviceInfo::default();
         // SAFETY: [main & active]; `device_info` is ours to fill.
         instance.run("describe", || unsafe { describe(instance.plugin(), &mut device_info) })?;
         check_device_info(&device_info).map_err(|reason| instance.error("describe", &reason))?;
@@ -280,27 +280,5 @@ pub(crate) fn stop_devices(limit: Duration) {
 impl Drop for Device {
     fn drop(&mut self) {
         let _ = self.stop();
-    }
-}
-
-/// A [`DeviceInfo`] for the plugin to fill.
-fn empty_device_info() -> DeviceInfo {
-    DeviceInfo {
-        size: size_of::<DeviceInfo>(),
-        effectors: 0,
-        buttons: 0,
-        driven_axes: 0,
-        taxel_rows: 0,
-        taxel_columns: 0,
-        rate: 0.0,
-        peak_force: 0.0,
-        continuous_force: 0.0,
-        stiffness: 0.0,
-        damping: 0.0,
-        resolution: 0.0,
-        workspace: [0.0; 6],
-        taxel_pitch: 0.0,
-        taxel_force: 0.0,
-        peak_torque: 0.0,
     }
 }

@@ -59,6 +59,30 @@ pub struct DeviceInfo {
     pub peak_torque: f64,
 }
 
+impl Default for DeviceInfo {
+    /// A device without effectors, limits and workspace, for a plugin to fill.
+    fn default() -> Self {
+        Self {
+            size: size_of::<Self>(),
+            effectors: 0,
+            buttons: 0,
+            driven_axes: 0,
+            taxel_rows: 0,
+            taxel_columns: 0,
+            rate: 0.0,
+            peak_force: 0.0,
+            continuous_force: 0.0,
+            stiffness: 0.0,
+            damping: 0.0,
+            resolution: 0.0,
+            workspace: [0.0; 6],
+            taxel_pitch: 0.0,
+            taxel_force: 0.0,
+            peak_torque: 0.0,
+        }
+    }
+}
+
 /// One sample of an effector.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Cutting of a body: after its mesh was cut, model, skin, discretization and samples adopt the cut.
 
 use super::sheet::OldCorners;
-use super::stitch::Seam;
+use super::stitch::Stitched;
 use super::{Body, Discretization, LatticeError};
 use pliant_cut::{Advance, CutMesh, Origin};
 use pliant_mesh::Surface;
@@ -81,9 +81,9 @@ impl Body {
 
 impl Body {
     /// Joins the parts of a cut lattice within `radius` (m) of a rest position (m), where they are within `join` (m) of each other.
-    pub(super) fn heal(&mut self, point: Vec3, radius: f64, join: f64) -> Result<Seam, LatticeError> {
+    pub(super) fn heal(&mut self, point: Vec3, radius: f64, join: f64) -> Result<Stitched, LatticeError> {
         let Self { cut: Some(mesh), discretization: Discretization::Lattice(lattice), model, system, .. } = self else {
-            return Ok(Seam::default());
+            return Ok(Stitched::default());
         };
         let parted = lattice.parted_cells(point, radius, join, &system.nodes);
         let edge = lattice.edge();
@@ -91,12 +91,12 @@ impl Body {
         let neighbours = |vertex: u32| neighbours(model, vertex);
         let cells = lattice.heal(&parted.near, (point, radius), side, neighbours, &mut system.nodes)?;
         if cells.is_empty() {
-            return Ok(Seam { has_joined: false, apart: parted.apart });
+            return Ok(Stitched { has_joined: false, apart: parted.apart });
         }
         if !self.samples.is_empty() {
             Arc::make_mut(&mut self.samples).take_cut(&cells, model, &self.skin, lattice)?;
         }
-        Ok(Seam { has_joined: true, apart: Vec::new() })
+        Ok(Stitched { has_joined: true, apart: Vec::new() })
     }
 }
 

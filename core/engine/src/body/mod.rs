@@ -59,7 +59,7 @@ pub use sheet::{Sheet, Warp};
 pub use skin::{EmbeddedPoint, NOT_EMBEDDED, Skin, interpolate};
 pub use state::BodyState;
 pub use stiffness::StiffnessFactor;
-pub use stitch::Seam;
+pub use stitch::Stitched;
 pub use surface_layer::PaintDepth;
 pub use symmetry::{Axes, Symmetry, mirrored};
 pub use tint::{PINNED_TINT, tint_of};

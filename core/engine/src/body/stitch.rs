@@ -9,7 +9,7 @@ const JOIN_DISTANCE: f64 = 0.25;
 
 /// What a stitch has found.
 #[derive(Clone, Debug, Default)]
-pub struct Seam {
+pub struct Stitched {
     /// Whether nodes have been joined. Nodes then have other numbers from the next change of the body on.
     pub has_joined: bool,
     /// Pairs of nodes that face each other and are too far apart to be joined.
@@ -21,7 +21,7 @@ impl Body {
     ///
     /// # Errors
     /// Returns the error of the grid or material plugin; a sheet is then as it was before.
-    pub fn stitch(&mut self, point: Vec3, radius: f64) -> Result<Seam, LatticeError> {
+    pub fn stitch(&mut self, point: Vec3, radius: f64) -> Result<Stitched, LatticeError> {
         let centre = self.embed_point(point)?.now;
         let join = Self::join_distance(self.discretization.edge());
         let Discretization::Sheet(sheet) = &self.discretization else { return self.heal(point, radius, join) };
@@ -30,10 +30,10 @@ impl Body {
         let is_near = |[a, b]: &[u32; 2]| (x[*a as usize] - x[*b as usize]).norm() <= join;
         let (near, apart): (Vec<_>, Vec<_>) = pairs.into_iter().partition(is_near);
         if near.is_empty() {
-            return Ok(Seam { has_joined: false, apart });
+            return Ok(Stitched { has_joined: false, apart });
         }
         self.join_nodes(&near)?;
-        Ok(Seam { has_joined: true, apart: Vec::new() })
+        Ok(Stitched { has_joined: true, apart: Vec::new() })
     }
 
     /// Largest distance (m) at which nodes are joined, on a body with edges of this length (m).

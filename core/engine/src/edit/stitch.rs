@@ -40,7 +40,7 @@ impl EditKind for Stitch {
         let shape = BrushShape { falloff: Falloff::Constant, ..BrushShape::of(edit, tool) };
         Box::new(Stitching {
             shape,
-            seam: None,
+            suture: None,
             due: None,
             sums: NodeSums::default(),
             has_joined: false,
@@ -50,7 +50,7 @@ impl EditKind for Stitch {
 }
 
 /// Pairs of nodes of a body that are drawn together.
-struct Seam {
+struct Suture {
     body: u32,
     pairs: Vec<[u32; 2]>,
     /// Version of the body's node numbering for which the pairs are valid.
@@ -60,7 +60,7 @@ struct Seam {
 /// A stroke that joins.
 struct Stitching {
     shape: BrushShape,
-    seam: Option<Seam>,
+    suture: Option<Suture>,
     /// Where the next step joins what is near enough.
     due: Option<BodyPoint>,
     /// Springs by node (buffer).
@@ -88,9 +88,9 @@ impl Action for Stitching {
         let Some(at) = self.due.take().filter(|_| !last) else { return Ok(CutStep::default()) };
         let body = &mut bodies[at.body as usize];
         let radius = self.shape.radius_at(body.discretization.edge());
-        let seam = body.stitch(at.rest, radius)?;
-        self.has_joined |= seam.has_joined;
-        self.seam = Some(Seam { body: at.body, pairs: seam.apart, numbering: tool.numbering(at.body) });
+        let suture = body.stitch(at.rest, radius)?;
+        self.has_joined |= suture.has_joined;
+        self.suture = Some(Suture { body: at.body, pairs: suture.apart, numbering: tool.numbering(at.body) });
         Ok(CutStep::default())
     }
 
@@ -104,9 +104,9 @@ impl Action for Stitching {
             self.due = Some(at);
         }
         tool.changed_body |= std::mem::take(&mut self.has_joined);
-        let Some(Seam { body, pairs, numbering }) = &self.seam else { return Ok(()) };
+        let Some(Suture { body, pairs, numbering }) = &self.suture else { return Ok(()) };
         if *numbering != tool.numbering(*body) || pairs.is_empty() {
-            self.seam = None;
+            self.suture = None;
             return Ok(());
         }
         let nodes = &step.bodies[*body as usize].system.nodes;
@@ -128,6 +128,6 @@ impl Action for Stitching {
     }
 
     fn release(&mut self) {
-        (self.seam, self.due) = (None, None);
+        (self.suture, self.due) = (None, None);
     }
 }
