@@ -134,6 +134,11 @@ impl DeviceHand {
         self.guide.leads
     }
 
+    /// Whether the device was lost: it has to be opened anew.
+    pub fn is_lost(&mut self) -> bool {
+        self.handle.hand().lost.is_some()
+    }
+
     /// Gives the hand to the device, or to the pointer. The device gets it with the next frame, where the picture then is.
     pub fn set_leads(&mut self, leads: bool) {
         self.guide.leads = leads;

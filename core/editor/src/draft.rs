@@ -3,6 +3,7 @@
 use crate::hand_scene::{HandSettings, give_hand, tables};
 use crate::preset::SolidPreset;
 use crate::substance::Substance;
+use pliant_mesh::TetMesh;
 use std::path::{Path, PathBuf};
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value, value};
 
@@ -58,6 +59,8 @@ const COUPLING_SHARE: f64 = 2.0;
 const PEAK_SHARE: f64 = 4.0;
 /// Stiffness of the coupling on a sheet of 100 mm, N/m; the mass of its tip is that of a live run, 10 g.
 const SHEET_COUPLING: f64 = 200.0;
+/// Plugin of the material of a tetrahedral mesh.
+const TETRAHEDRAL_PLUGIN: &str = "neo-hookean";
 /// Mass of a tip on a sheet, as in a live run, kg.
 const TIP_MASS: f64 = 0.01;
 
@@ -68,6 +71,11 @@ impl Draft {
             DraftMaterial::Solid { .. } => Substance::Solid,
             DraftMaterial::Sheet { .. } => Substance::Sheet,
         }
+    }
+
+    /// Whether the file is a tetrahedral mesh, which is simulated on its own elements, without a grid.
+    pub fn is_tetrahedral(&self) -> bool {
+        TetMesh::is_name(&self.mesh.to_string_lossy())
     }
 
     /// Radius of the tool, m.
@@ -135,14 +143,16 @@ impl Draft {
         body["name"] = value(BODY);
         body["mesh"] = value(relative(&self.mesh, folder).to_string_lossy().into_owned());
         body["scale"] = value(self.scale);
-        if self.subdivide {
+        if self.subdivide && !self.is_tetrahedral() {
             body["subdivide"] = value("auto");
         }
         let mut material = InlineTable::new();
         let mut params = InlineTable::new();
         match &self.material {
             DraftMaterial::Solid { plugin, preset, level } => {
-                material.insert("plugin", plugin.as_str().into());
+                // Mass-spring has links along the edges of cubes.
+                let plugin = if self.is_tetrahedral() { TETRAHEDRAL_PLUGIN } else { plugin.as_str() };
+                material.insert("plugin", plugin.into());
                 params.insert("young", preset.young.into());
                 params.insert("density", preset.density.into());
                 params.insert("damping-time", preset.damping_time.into());
@@ -152,9 +162,11 @@ impl Draft {
                     params.insert("hardening", flow.hardening.into());
                     params.insert("flow-time", flow.flow_time.into());
                 }
-                let mut grid = Table::new();
-                grid["level"] = value(i64::from(*level));
-                body["grid"] = Item::Table(grid);
+                if !self.is_tetrahedral() {
+                    let mut grid = Table::new();
+                    grid["level"] = value(i64::from(*level));
+                    body["grid"] = Item::Table(grid);
+                }
             }
             DraftMaterial::Sheet { plugin, fabric, held } => {
                 material.insert("plugin", plugin.as_str().into());

@@ -80,6 +80,11 @@ pub struct Rescaling {
 }
 
 impl Rescaling {
+    /// Whether lengths have the scale they had.
+    pub(crate) fn keeps_lengths(&self) -> bool {
+        self.before.length == self.scale.length
+    }
+
     /// A force, and a torque, in the scene at the new scale over what the device renders alike at the old one.
     pub(crate) fn factors(&self) -> [f64; 2] {
         let [force, length] = [self.before.force / self.scale.force, self.before.length / self.scale.length];

@@ -170,8 +170,11 @@ impl ServoTool {
         let fastest = self.hand.fastest;
         self.hand = before.hand.clone();
         self.hand.fastest = fastest;
-        (self.blend, self.device_force) = (before.blend, force * before.device_force);
-        self.leaving = Some(Leaving { blend: before.blend, since: None });
+        self.device_force = force * before.device_force;
+        // At another scale of lengths the hand is elsewhere, so the old contact says nothing.
+        if rescaling.is_none_or(Rescaling::keeps_lengths) {
+            (self.blend, self.leaving) = (before.blend, Some(Leaving { blend: before.blend, since: None }));
+        }
         self.safety.resume(&before.safety, force);
         self.torque.resume(&before.torque, torque);
     }
