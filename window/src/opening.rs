@@ -9,7 +9,7 @@ use pliant_editor::{
 use pliant_engine::plan::Plan;
 use pliant_engine::scene::{self, Scene, Source};
 use pliant_engine::session::{Options, Session};
-use pliant_host::{AllowedFolders, Device, Library, PluginKind, SearchPath};
+use pliant_host::{AllowedFolders, Library, PluginKind, SearchPath};
 use pliant_mesh::{ObjDocument, Surface, TetMesh};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -103,6 +103,11 @@ impl OpenRequest {
         self.path.parent().filter(|_| !self.is_scene())
     }
 
+    /// Whether it is a tetrahedral mesh, which the window reads and does not write.
+    pub fn is_tetrahedral(&self) -> bool {
+        TetMesh::is_name(&self.path.to_string_lossy())
+    }
+
     /// Whether it is a scene and not a model.
     pub fn is_scene(&self) -> bool {
         self.path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
@@ -116,6 +121,8 @@ pub struct ModelFacts {
     pub hand: HandSettings,
     /// What a model was taken for; `None` for a scene, which says it itself.
     pub substance: Option<SubstanceChoice>,
+    /// Whether the model is a tetrahedral mesh: a solid without a grid, saved as the OBJ file of its surface.
+    pub is_tetrahedral: bool,
     /// What it is taken for now; `None` for a scene.
     pub taken_as: Option<Substance>,
     /// Unit of the model; `None` for a scene.
@@ -155,8 +162,6 @@ pub struct Opened {
     pub mesh: Option<PathBuf>,
     /// What is known of it.
     pub facts: ModelFacts,
-    /// The device that is to have the hand, or a sentence why it cannot; `None` where the pointer has it.
-    pub device: Option<Result<Device, String>>,
 }
 
 /// Opens a model or a scene.
@@ -173,24 +178,22 @@ pub fn open(request: &OpenRequest) -> Result<Opened, String> {
     facts.kinds = plan.edits.iter().map(|edit| edit.kind.name()).collect();
     let search = request.search()?;
     let mesh = request.shape.clone().filter(|_| request.is_scene());
-    let options = Options { mesh: mesh.clone(), ..Options::new(search.clone(), request.threads) };
+    let options = Options { mesh: mesh.clone(), ..Options::new(search, request.threads) };
     let session = Session::open(&scene, &source, plan, &options).map_err(|error| error.to_string())?;
     if session.bodies.is_empty() {
         return Err(format!("{}: nothing in it can be moved by a hand", request.path.display()));
     }
-    // Last: an arm that is open is served from here on.
-    let device = request.device.as_ref().map(|device| device.open(&search, session.dt()));
-    Ok(Opened { session, scene, source, mesh, facts, device })
+    Ok(Opened { session, scene, source, mesh, facts })
 }
 
 /// The text of the scene of a model.
 fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let file = request.shape.as_ref().unwrap_or(&request.path);
-    if TetMesh::is_name(&file.to_string_lossy()) {
-        let text = "a tetrahedral mesh is opened by a scene (.toml) that names it as the `mesh` of a body; allowed here is an OBJ file";
-        return Err(format!("{}: {text}", file.display()));
-    }
-    let document = ObjDocument::read(file).map_err(|error| error.to_string())?;
+    let is_tetrahedral = TetMesh::is_name(&file.to_string_lossy());
+    let document = match is_tetrahedral {
+        true => TetMesh::read(file).and_then(|mesh| mesh.surface()).map_err(|error| error.to_string())?,
+        false => ObjDocument::read(file).map_err(|error| error.to_string())?,
+    };
     let surface = Surface::from_document(&document);
     let bounds = surface.bounds();
     let extent = bounds.longest_edge();
@@ -199,7 +202,8 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     }
     let unit = request.unit.unwrap_or_else(|| LengthUnit::guess(extent));
     let seen = SubstanceChoice::of(&surface);
-    let taken_as = request.substance.unwrap_or(seen.substance);
+    // A tetrahedral mesh is a solid, whatever its surface is like.
+    let taken_as = if is_tetrahedral { Substance::Solid } else { request.substance.unwrap_or(seen.substance) };
     let material = match taken_as {
         Substance::Solid => {
             let flows = request.solid.flow.is_some();
@@ -221,6 +225,7 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let facts = ModelFacts {
         hand: draft.hand(),
         substance: Some(seen),
+        is_tetrahedral,
         taken_as: Some(taken_as),
         unit: Some(unit),
         cap_material: String::new(),
@@ -307,6 +312,7 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let facts = ModelFacts {
         hand,
         substance: None,
+        is_tetrahedral: false,
         taken_as: None,
         unit: None,
         cap_material: String::new(),

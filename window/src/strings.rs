@@ -1,5 +1,7 @@
 //! Every text of the window, in English.
 
+use std::path::Path;
+
 /// Title of the window.
 pub const TITLE: &str = "pliant";
 /// The menu of models, sessions and pictures, and below what it holds.
@@ -328,7 +330,43 @@ pub const HAND_BESIDE: &str = "a hand, 19 cm";
 
 /// Tells of a device that is lost. `why`: what it returned, in words.
 pub fn device_lost(name: &str, why: &str) -> String {
-    format!("The device {name} is lost ({why}); the mouse has the hand.")
+    format!(
+        "The device \"{name}\" is lost: {why}. The mouse has the hand. Look at its cable, its power and its driver, then choose it again under Hand."
+    )
+}
+
+/// Button of the list of messages.
+pub fn messages(count: usize) -> String {
+    format!("Messages ({count})")
+}
+/// Where nothing has happened yet.
+pub const NO_MESSAGES: &str = "Nothing has happened yet.";
+
+/// How long ago a message came.
+pub fn ago(time: std::time::Duration) -> String {
+    match time.as_secs() {
+        0..60 => "less than a minute ago".to_owned(),
+        60..120 => "a minute ago".to_owned(),
+        seconds => format!("{} minutes ago", seconds / 60),
+    }
+}
+
+/// Why a reference image is not seen.
+pub fn reference_not_shown(path: &Path, [width, height]: [u32; 2], why: &str) -> String {
+    format!("{}: {width} x {height} pixels cannot be shown: {why}. A smaller image may be.", path.display())
+}
+
+/// What a tetrahedral mesh is taken as.
+pub const TETRAHEDRAL: &str =
+    "A tetrahedral mesh: a solid on the elements of its file. Apply opens the file anew, without the strokes.";
+/// Where the shape of a tetrahedral mesh is opened that is kept as a surface.
+pub const TETRAHEDRA_LEFT: &str = "The shape that was kept is a surface, so it is simulated in a grid of cubes, and no longer on the tetrahedra of the file.";
+/// Where a name asks for a format that is only read.
+pub fn tetrahedra_not_written(path: &Path) -> String {
+    format!(
+        "{}: tetrahedral meshes are read and not written; allowed are .obj, .glb and .stl, which get the surface",
+        path.display()
+    )
 }
 
 /// How far the hand goes in the scene for a centimetre of the device.

@@ -60,9 +60,21 @@ impl HandControl {
         Self { hand, mirror, device_frame, plane: None, stroke: None, place: None, device_hand }
     }
 
+    /// The hands of the pointer, and the device that can have the first.
+    pub fn into_hands(mut self) -> ([PointerHandle; 2], Option<DeviceHand>) {
+        self.end();
+        self.mirror.remove();
+        ([self.hand, self.mirror], self.device_hand)
+    }
+
     /// The device that can have the hand.
     pub fn device_hand(&self) -> Option<&DeviceHand> {
         self.device_hand.as_ref()
+    }
+
+    /// Whether the device was lost: it can have the hand again once it is opened anew.
+    pub fn is_device_lost(&mut self) -> bool {
+        self.device_hand.as_mut().is_some_and(DeviceHand::is_lost)
     }
 
     /// Whether a device has the hand.

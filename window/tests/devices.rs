@@ -36,10 +36,15 @@ impl DeviceUser {
             self.socket.send_to(format!("0 0 {z} {buttons}").as_bytes(), &self.address).unwrap();
             pause(harness);
         }
-        let (mut buffer, mut force) = ([0; 256], 0.0);
+        self.force().unwrap_or(0.0)
+    }
+
+    /// The last force since the last call, along the axis towards the user, N; `None` if the device said nothing.
+    fn force(&self) -> Option<f64> {
+        let (mut buffer, mut force) = ([0; 256], None);
         while let Ok(length) = self.socket.recv(&mut buffer) {
             let text = String::from_utf8_lossy(&buffer[..length]).into_owned();
-            force = text.split_whitespace().nth(2).unwrap().parse().unwrap();
+            force = Some(text.split_whitespace().nth(2).unwrap().parse().unwrap());
         }
         force
     }
@@ -119,4 +124,51 @@ fn a_device_of_the_scene_is_chosen_in_the_panel() {
     user.go(&mut harness, [0.09, 0.08], 0);
     let felt = user.go(&mut harness, [0.08, 0.06], 0);
     assert!(felt > 0.05, "{felt} N");
+}
+
+/// Ids of the haptic threads of this process.
+#[cfg(target_os = "linux")]
+fn haptic_threads() -> Vec<String> {
+    let tasks = std::fs::read_dir("/proc/self/task").unwrap().filter_map(Result::ok);
+    let named = tasks
+        .filter(|task| std::fs::read_to_string(task.path().join("comm")).is_ok_and(|name| name.trim() == "haptic"));
+    named.map(|task| task.file_name().to_string_lossy().into_owned()).collect()
+}
+
+/// Another choice in the panel of the material opens the model anew. The device stays with its thread meanwhile, and the hand that presses feels the model all the
+/// time.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_model_that_is_opened_anew_leaves_the_device_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = ball(folder.path());
+    let address = free_address();
+    let settings = vec![("address".to_owned(), address.clone()), ("hold".to_owned(), "60".to_owned())];
+    let device = Some(DeviceRequest { plugin: "pointer".into(), settings, ..DeviceRequest::default() });
+    let mut harness = window_with(Arguments { device, ..arguments(&path) });
+    wait(&mut harness, "the model", App::is_open);
+    let before = haptic_threads();
+    let user = DeviceUser::new(&address);
+    user.go(&mut harness, [0.09, 0.08], 0);
+    let felt = user.go(&mut harness, [0.08, 0.06], 0);
+    assert!(felt > 0.05, "{felt} N");
+    harness.get_by_role_and_label(Role::CheckBox, "Divide large faces").click_accesskit();
+    harness.run_steps(2);
+    harness.get_by_role_and_label(Role::Button, "Apply").click_accesskit();
+    let began = std::time::Instant::now();
+    let (mut was_closed, mut least) = (false, felt);
+    while !(was_closed && harness.state().is_open()) {
+        assert!(began.elapsed() < common::PATIENCE, "{:?}", harness.state().error());
+        user.socket.send_to(b"0 0 0.06 0", &user.address).unwrap();
+        pause(&mut harness);
+        was_closed |= !harness.state().is_open();
+        least = user.force().map_or(least, |force| least.min(force));
+    }
+    least = least.min(user.go(&mut harness, [0.06, 0.06], 0));
+    assert!(least > 0.5 * felt, "{least} N after {felt} N");
+    let after = haptic_threads();
+    assert!(
+        before.iter().any(|thread| after.contains(thread)),
+        "the device was closed and opened: {before:?}, {after:?}"
+    );
 }

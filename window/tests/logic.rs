@@ -505,3 +505,28 @@ fn every_control_has_a_name() {
     }
     assert!(count > 40, "{count} controls");
 }
+
+/// Where frames are rare, a press, the way after it and its end come in one of them: the stroke is made where the button was pressed, and the view stays.
+#[test]
+fn a_line_that_is_drawn_within_one_frame_cuts_and_turns_no_view() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = ball(folder.path());
+    let mut harness = window_with(arguments(&path));
+    wait(&mut harness, "the model", App::is_open);
+    harness.key_press(Key::Num3);
+    harness.run_steps(2);
+    let view = *harness.state().camera();
+    let [from, to] = [MIDDLE - egui::vec2(0.0, 330.0), MIDDLE + egui::vec2(0.0, 330.0)];
+    let button = |pos, pressed| egui::Event::PointerButton {
+        pos,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    let events = &mut harness.input_mut().events;
+    events.extend([egui::Event::PointerMoved(from), button(from, true), egui::Event::PointerMoved(to)]);
+    harness.step();
+    harness.input_mut().events.push(button(to, false));
+    wait(&mut harness, "the cut", |app| app.status().done == 1);
+    assert_eq!(*harness.state().camera(), view, "the view has not turned");
+}

@@ -1,6 +1,9 @@
 //! Who has the hand: the pointer, or a haptic device.
 
 use super::App;
+use super::model::Model;
+use crate::opening::OpenRequest;
+use crate::sim::Predecessor;
 use crate::strings;
 use crate::tools::ToolKind;
 use eframe::egui::{self, Slider};
@@ -61,6 +64,7 @@ impl App {
         self.log.event("device", &[("name", device.plugin.clone())]);
         if self.request.device.as_ref() == Some(&device)
             && let Some(model) = self.model.as_mut().filter(|model| model.hand.device_hand().is_some())
+            && !model.hand.is_device_lost()
         {
             return model.hand.give_to_device(true);
         }
@@ -75,6 +79,22 @@ impl App {
         } else {
             self.reopen();
         }
+    }
+
+    /// The simulation that is open, if the device that has the hand goes on in the session to be opened: one of the same model in the same unit.
+    pub(super) fn predecessor(&mut self, next: &OpenRequest) -> Option<Predecessor> {
+        let has_same = next.device.is_some() && next.device == self.request.device;
+        let is_same = |model: &Model| {
+            // The panel has the unit in the request before the model is opened in it.
+            let has_unit = next.unit.is_none_or(|unit| model.facts.unit == Some(unit));
+            next.path == self.request.path && has_unit && model.hand.is_by_device()
+        };
+        let keeps = has_same && self.model.as_ref().is_some_and(is_same);
+        let (simulation, model) = (self.simulation.take_if(|_| keeps)?, self.model.take()?);
+        let (hands, device_hand) = model.into_hands();
+        let mut device_hand = device_hand?;
+        device_hand.pause_strokes();
+        Some(Predecessor { simulation, hands, device_hand })
     }
 
     /// Guides the device that has the hand for a frame, and names its strokes.

@@ -6,6 +6,7 @@ use crate::reference::is_image;
 use crate::sim::{Abandoned, Command};
 use crate::strings;
 use eframe::egui::{self, Key, KeyboardShortcut, Modifiers, ViewportCommand};
+use pliant_mesh::TetMesh;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
@@ -35,6 +36,9 @@ pub(super) enum Question {
     /// Not about strokes: whether to open the shape of a session that has ended without closing.
     Recover(Abandoned),
 }
+
+/// Width of the list of messages, points.
+const MESSAGES_WIDTH: f32 = 560.0;
 
 const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
 const SAVE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
@@ -99,12 +103,27 @@ impl App {
     pub(super) fn status_bar(&mut self, ui: &mut egui::Ui) {
         egui::Panel::bottom("status").show(ui, |ui| {
             ui.horizontal(|ui| {
-                match self.messages.last() {
-                    Some((_, message)) => ui.label(message.lines().next().unwrap_or_default()),
-                    None => ui.label(""),
-                };
+                self.message_list(ui);
+                let last = self.messages.last().map_or("", |(_, message)| message.as_str());
+                ui.add(egui::Label::new(last.lines().next().unwrap_or_default()).truncate()).on_hover_text(last);
             });
             ui.small(strings::KEYS);
+        });
+    }
+
+    /// A button that shows all messages, whole, the newest first.
+    fn message_list(&mut self, ui: &mut egui::Ui) {
+        ui.menu_button(strings::messages(self.messages.len()), |ui| {
+            ui.set_max_width(MESSAGES_WIDTH);
+            egui::ScrollArea::vertical().max_height(0.5 * ui.ctx().content_rect().height()).show(ui, |ui| {
+                if self.messages.is_empty() {
+                    ui.label(strings::NO_MESSAGES);
+                }
+                for (when, message) in self.messages.iter().rev() {
+                    ui.small(strings::ago(when.elapsed()));
+                    ui.label(message);
+                }
+            });
         });
     }
 
@@ -181,7 +200,7 @@ impl App {
         }
     }
 
-    fn open_if_saved(&mut self, request: OpenRequest) {
+    pub(super) fn open_if_saved(&mut self, request: OpenRequest) {
         if self.is_unsaved() {
             self.question = Some(Question::Open(Box::new(request)));
         } else {
@@ -262,6 +281,9 @@ impl App {
                     ..self.request.clone()
                 });
             }
+            (Some(path), Purpose::SaveAs | Purpose::Export) if TetMesh::is_name(&path.to_string_lossy()) => {
+                self.fail(strings::tetrahedra_not_written(&path));
+            }
             (Some(path), Purpose::SaveAs | Purpose::Export) => self.send(Command::Save { path, for_user: true }),
             (Some(path), Purpose::Reference) => self.open_reference(&path),
             (Some(path), Purpose::SaveSession) => self.send(Command::SaveSession { path }),
@@ -340,7 +362,7 @@ fn browse(purpose: Purpose, path: &str, context: egui::Context) -> Option<Receiv
             dialog = dialog.set_directory(folder);
         }
         let answer = match purpose {
-            Purpose::Open => dialog.add_filter("models and scenes", &["obj", "toml"]).pick_file(),
+            Purpose::Open => dialog.add_filter("models and scenes", &["obj", "msh", "vtk", "toml"]).pick_file(),
             Purpose::Reference => dialog.add_filter("images", &["png", "jpg", "jpeg"]).pick_file(),
             Purpose::SaveAs | Purpose::SaveSession | Purpose::Export => {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

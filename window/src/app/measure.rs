@@ -96,7 +96,7 @@ pub(super) fn pointer_ray(ray: Ray) -> PointerRay {
 /// # Errors
 /// A model that cannot be opened.
 pub fn measure_without_window(arguments: &Arguments) -> Result<Measurement, String> {
-    let simulation = Simulation::start(arguments.request(), false, || {}).map_err(|error| error.to_string())?;
+    let simulation = Simulation::start(arguments.request(), false, None, || {}).map_err(|error| error.to_string())?;
     let mut opened = None;
     while opened.is_none() {
         std::thread::sleep(Duration::from_millis(10));

@@ -21,6 +21,7 @@ use crate::arguments::Arguments;
 use crate::gl::{Line, Shading, Stereo, SurfaceRenderer, Wireframe};
 use crate::opening::OpenRequest;
 use crate::sim::{Abandoned, Command, ModelFormat, Notice, Simulation, Status, abandoned};
+use crate::strings;
 
 use crate::tools::{ToolKind, ToolSettings};
 use crate::view::Camera;
@@ -206,18 +207,21 @@ impl App {
     /// Opens a model or a scene in the place of what is open.
     pub fn open(&mut self, request: OpenRequest) {
         self.log.event("opening", &[("path", request.path.display().to_string())]);
+        let before = self.predecessor(&request);
         self.model = None;
-        // The old session ends before the new one begins: both would ask for the same processors.
+        // The old session ends before the new one begins, as both would ask for the same processors; but for one whose device goes on.
         self.simulation = None;
         self.shapes.retain(|folder| request.shape.as_ref().is_some_and(|shape| shape.starts_with(folder.path())));
         self.status = Status::default();
         self.layers = LayerPanel::default();
         // The shape that is open may not be the one of the file.
         self.stiffness = 1.0;
+        self.is_material_changed = false;
         (self.error, self.saved_strokes) = (None, request.shape.is_none().then_some(0));
-        self.save_path = (!request.is_scene()).then(|| request.path.clone());
+        let is_written = !request.is_scene() && !request.is_tetrahedral();
+        self.save_path = is_written.then(|| request.path.clone());
         let context = self.context.clone();
-        match Simulation::start(request.clone(), true, move || context.request_repaint()) {
+        match Simulation::start(request.clone(), true, before, move || context.request_repaint()) {
             Ok(simulation) => self.simulation = Some(simulation),
             Err(error) => self.fail(format!("no thread for the simulation: {error}")),
         }
@@ -227,6 +231,11 @@ impl App {
     /// The newest strokes and gauges.
     pub fn status(&self) -> &Status {
         &self.status
+    }
+
+    /// Number of messages so far.
+    pub fn message_count(&self) -> usize {
+        self.messages.len()
     }
 
     /// The error that is shown.
@@ -306,6 +315,9 @@ impl App {
                 );
                 if !is_reopened {
                     self.look_at_all(&model);
+                }
+                if self.request.is_tetrahedral() && !model.facts.is_tetrahedral {
+                    self.tell(strings::TETRAHEDRA_LEFT.to_owned());
                 }
                 let is_solid = model.facts.taken_as == Some(Substance::Solid);
                 self.opened_young = is_solid.then_some(self.request.solid.young);
@@ -430,7 +442,8 @@ impl App {
             return;
         }
         self.script = None;
-        self.model = None;
+        // The stroke that is under way ends before the simulation does.
+        self.model.take().into_iter().for_each(|mut model| _ = model.hand.end());
         let notices = self.simulation.take().map(Simulation::finish).unwrap_or_default();
         let summary = notices.into_iter().find_map(|notice| match notice {
             Notice::Ended(ended) => Some(ended),

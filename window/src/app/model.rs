@@ -14,10 +14,10 @@ use crate::view::Camera;
 use crate::view::overlay::round_length;
 use eframe::egui;
 use nalgebra::{Point3, Vector3};
-use pliant_editor::PointerRay;
 use pliant_editor::surface::{Hit, Picker, ViewSurface};
+use pliant_editor::{DeviceHand, PointerRay};
 use pliant_engine::session::ToolFrame;
-use pliant_live::ViewReader;
+use pliant_live::{PointerHandle, ViewReader};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -103,6 +103,11 @@ impl Model {
             is_new: true,
             _waker: waker,
         }
+    }
+
+    /// Its hands, and the device that can have the first: the model is closed, and the hands go on.
+    pub(super) fn into_hands(self) -> ([PointerHandle; 2], Option<DeviceHand>) {
+        self.hand.into_hands()
     }
 
     /// Takes in the newest frame, and lists what is to be uploaded.
@@ -325,11 +330,5 @@ impl Waker {
 impl Drop for Waker {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
-    }
-}
-
-impl Drop for Model {
-    fn drop(&mut self) {
-        self.hand.end();
     }
 }

@@ -186,18 +186,24 @@ impl App {
         let before = self.request.clone();
         let request = &mut self.request;
         let mut substance = request.substance.unwrap_or(taken_as);
-        ui.horizontal(|ui| {
-            ui.label(strings::TAKEN_AS);
-            ui.selectable_value(&mut substance, Substance::Solid, strings::SOLID);
-            ui.selectable_value(&mut substance, Substance::Sheet, strings::SHEET);
-        });
+        if facts.is_tetrahedral {
+            ui.label(strings::TETRAHEDRAL);
+        } else {
+            ui.horizontal(|ui| {
+                ui.label(strings::TAKEN_AS);
+                ui.selectable_value(&mut substance, Substance::Solid, strings::SOLID);
+                ui.selectable_value(&mut substance, Substance::Sheet, strings::SHEET);
+            });
+        }
         if substance != request.substance.unwrap_or(taken_as) {
             request.substance = Some(substance);
         }
-        ui.small(strings::substance_reason(seen.openings, seen.substance == Substance::Sheet));
-        ui.checkbox(&mut request.subdivide, strings::SUBDIVIDE).on_hover_text(strings::SUBDIVIDE_HINT);
+        if !facts.is_tetrahedral {
+            ui.small(strings::substance_reason(seen.openings, seen.substance == Substance::Sheet));
+            ui.checkbox(&mut request.subdivide, strings::SUBDIVIDE).on_hover_text(strings::SUBDIVIDE_HINT);
+        }
         match substance {
-            Substance::Solid => solid_controls(ui, request),
+            Substance::Solid => solid_controls(ui, request, !facts.is_tetrahedral),
             Substance::Sheet => {
                 egui::ComboBox::from_label(strings::FABRIC).selected_text(request.fabric.as_str()).show_ui(ui, |ui| {
                     for fabric in &facts.fabrics {
@@ -281,6 +287,10 @@ impl App {
 
     /// Goes on with the present shape in the material that is chosen.
     pub(super) fn reopen(&mut self) {
+        if self.model.as_ref().is_some_and(|model| model.facts.is_tetrahedral) {
+            // The present places of the nodes inside are in no file that can be opened.
+            return self.open_if_saved(self.request.clone());
+        }
         let folder = match tempfile::Builder::new().prefix("pliant-").tempdir() {
             Ok(folder) => folder,
             Err(error) => return self.fail(format!("no folder for the present shape: {error}")),
@@ -336,7 +346,7 @@ pub(super) fn unit_text(unit: LengthUnit, size: f64) -> String {
     format!("{name}: the model is {}", format_length(size * unit.metres()))
 }
 
-fn solid_controls(ui: &mut egui::Ui, request: &mut OpenRequest) {
+fn solid_controls(ui: &mut egui::Ui, request: &mut OpenRequest, has_grid: bool) {
     let solid = &mut request.solid;
     egui::ComboBox::from_label(strings::PRESET).selected_text(solid.name).show_ui(ui, |ui| {
         for preset in SOLIDS {
@@ -354,5 +364,7 @@ fn solid_controls(ui: &mut egui::Ui, request: &mut OpenRequest) {
     if ui.add(damping).changed() {
         solid.damping_time = milliseconds * 1e-3;
     }
-    ui.add(Slider::new(&mut request.level, 3..=8).text(strings::LEVEL));
+    if has_grid {
+        ui.add(Slider::new(&mut request.level, 3..=8).text(strings::LEVEL));
+    }
 }

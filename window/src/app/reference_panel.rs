@@ -10,7 +10,7 @@ use crate::strings;
 use eframe::egui::{self, DragValue, Slider};
 use image::RgbaImage;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// The reference image of the window.
 #[derive(Default)]
@@ -23,9 +23,16 @@ pub(super) struct Reference {
     written: Option<ReferenceSettings>,
     /// Whether the user has removed it. One that cannot be read, as on a drive that is not there, stays remembered.
     is_removed: bool,
+    /// Why the renderer has not taken the image, until it is told.
+    problem: Arc<Mutex<Option<String>>>,
 }
 
 impl Reference {
+    /// Where the renderer says why it does not take the image.
+    pub(super) fn problem(&self) -> Arc<Mutex<Option<String>>> {
+        Arc::clone(&self.problem)
+    }
+
     /// Pixels to upload, once.
     pub(super) fn take_upload(&mut self) -> Option<Arc<RgbaImage>> {
         self.upload.take()
@@ -82,6 +89,11 @@ impl App {
                 }
                 Err(text) => self.fail(text),
             }
+        }
+        let problem = self.reference.problem.lock().ok().and_then(|mut problem| problem.take());
+        if let (Some(why), Some(image)) = (problem, &self.reference.image) {
+            let ([width, height], path) = (image.pixels.dimensions().into(), image.settings.path.clone());
+            self.fail(strings::reference_not_shown(&path, [width, height], &why));
         }
         let settings = self.reference.image.as_ref().map(|image| &image.settings);
         // Not in the middle of a drag.

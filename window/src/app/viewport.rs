@@ -22,8 +22,10 @@ use std::time::{Duration, Instant};
 const ZOOM_SPEED: f32 = 0.0025;
 /// Radii of the tool that a point of a wheel's turn moves the hand in a stroke.
 const LIFT_SPEED: f64 = 0.004;
-/// Time for which a message is shown over the picture.
-const SHOWN: Duration = Duration::from_secs(5);
+/// Time for which a message is shown over the picture, beside that for reading it.
+const SHOWN: Duration = Duration::from_secs(3);
+/// Time for reading a letter: 200 words in a minute.
+const READING: Duration = Duration::from_millis(50);
 /// Factor of the tool's size or strength for a press of its key.
 const KEY_STEP: f64 = 1.15;
 /// Factor of the stiffness for a press of its key: four make an octave and a half.
@@ -60,8 +62,9 @@ impl App {
             let motion = self.keys.update(ui.ctx(), rect);
             let latest = self.keys.at().or(ui.input(|input| input.pointer.latest_pos()));
             let pointer = latest.filter(|at| rect.contains(*at));
-            self.navigate(ui, &response, rect, motion);
+            // First: a press that begins a stroke turns no view, also where a slow picture has the press and the way after it in one frame.
             let hit = self.use_tool(ui, &response, rect, pointer, motion.began);
+            self.navigate(ui, &response, rect, motion);
             self.view_keys(ui, hit);
             self.split_key(ui, rect, pointer);
             self.paint(ui, rect);
@@ -171,7 +174,14 @@ impl App {
             ui.ctx().request_repaint();
             return hit;
         }
-        let began = key_began || (response.hovered() && ui.input(|input| input.pointer.primary_pressed()));
+        let is_over = response.hovered() || response.is_pointer_button_down_on();
+        let pressed_at =
+            ui.input(|input| input.pointer.primary_pressed().then(|| input.pointer.press_origin()).flatten());
+        let began = key_began || (is_over && ui.input(|input| input.pointer.primary_pressed()));
+        // Where the button was pressed, from which the pointer may have gone on since the last frame.
+        let began_at = pressed_at.filter(|at| !key_began && rect.contains(*at)).or(at);
+        let began_ray = began_at.map(|at| pointer_ray(self.camera.ray(frame.place(at), frame.aspect())));
+        let began_hit = if began { began_ray.and_then(|ray| model.pick(&ray, reach)) } else { None };
         let modifiers = ui.input(|input| input.modifiers);
         let other = match (modifiers.shift, modifiers.command) {
             (true, _) => ToolKind::smoothing(&self.tools),
@@ -184,15 +194,22 @@ impl App {
             self.tell(why);
             return hit;
         }
-        if let (true, Some(ray)) = (began, ray) {
+        if let (true, Some(began_ray)) = (began, began_ray) {
             let depth = match tool.gesture() {
                 Gesture::Slice => self.settings.cut_depth * model.facts.hand.size,
                 _ => self.settings.strength * radius,
             };
             let back = self.camera.axes()[2];
             let focus = self.camera.target.coords;
-            let start =
-                StrokeStart { gesture: tool.gesture(), ray, hit: hit.map(|hit| hit.at), back, focus, radius, depth };
+            let start = StrokeStart {
+                gesture: tool.gesture(),
+                ray: began_ray,
+                hit: began_hit.map(|hit| hit.at),
+                back,
+                focus,
+                radius,
+                depth,
+            };
             let plane = self.settings.mirror.map(|axis| model.mirror(axis));
             model.hand.set_mirror(plane);
             let paint = PaintStroke {
@@ -201,6 +218,9 @@ impl App {
             };
             if model.hand.begin(start, tool.buttons(self.settings.release, paint)) {
                 self.log.event("stroke begins", &[("tool", tool.name().into())]);
+                if let Some(ray) = ray {
+                    model.hand.follow(ray, hit.map(|hit| hit.at));
+                }
                 self.send(Command::BeginStroke(tool.name()));
                 ui.ctx().request_repaint();
             } else {
@@ -327,6 +347,7 @@ impl App {
         let uploads =
             std::sync::Mutex::new((std::mem::take(&mut model.is_new), std::mem::take(&mut model.uploads), picture));
         let (renderer, times) = (Arc::clone(renderer), Arc::clone(&self.times.drawn));
+        let problem = self.reference.problem();
         let paint = move |info: egui::PaintCallbackInfo, _: &egui_glow::Painter| {
             let (Ok(mut renderer), Ok(mut uploads)) = (renderer.lock(), uploads.lock()) else { return };
             let began = Instant::now();
@@ -337,7 +358,10 @@ impl App {
                 renderer.upload(&upload);
             }
             if let Some(picture) = uploads.2.take() {
-                renderer.upload_reference(&picture);
+                let refused = renderer.upload_reference(&picture).err();
+                if let Ok(mut problem) = problem.lock() {
+                    *problem = refused;
+                }
             }
             let uploaded = began.elapsed();
             let area = info.viewport_in_pixels();
@@ -431,16 +455,7 @@ impl App {
             painter.line_segment([from, to], egui::Stroke::new(4.0, Color32::from_black_alpha(120)));
             painter.line_segment([from, to], egui::Stroke::new(2.0, Color32::from_rgb(255, 110, 90)));
         }
-        let recent = self.messages.iter().rev().filter(|(when, _)| when.elapsed() < SHOWN).take(2);
-        for (line, (_, text)) in recent.enumerate() {
-            let at = rect.center_top() + vec2(0.0, 14.0 + 22.0 * line as f32);
-            let line: String = text.lines().next().unwrap_or_default().chars().take(110).collect();
-            let galley = painter.layout_no_wrap(line, FontId::proportional(14.0), Color32::from_rgb(255, 225, 190));
-            let left_top = at - vec2(0.5 * galley.size().x, 0.0);
-            let back = egui::Rect::from_min_size(left_top, galley.size()).expand2(vec2(8.0, 2.0));
-            painter.rect_filled(back, 4.0, Color32::from_black_alpha(170));
-            painter.galley(left_top, galley, Color32::WHITE);
-        }
+        self.paint_messages(&painter, rect);
         if let Some(felt) = model.tool() {
             // Half of the longest arrow is the force that presses the spring to the hand by half of the tool's radius.
             let usual = 0.5 * self.settings.size * model.facts.hand.coupling * radius;
@@ -448,6 +463,28 @@ impl App {
             self.force.add(ui.input(|input| input.time), felt.force.norm());
         }
     }
+}
+
+impl App {
+    /// The last messages over the picture, whole, in as many lines as they take.
+    fn paint_messages(&self, painter: &egui::Painter, rect: egui::Rect) {
+        let recent = self.messages.iter().rev().filter(|(when, text)| when.elapsed() < shown_for(text)).take(2);
+        let mut top = rect.top() + 14.0;
+        for (_, text) in recent {
+            let (font, colour) = (FontId::proportional(14.0), Color32::from_rgb(255, 225, 190));
+            let galley = painter.layout(text.clone(), font, colour, (rect.width() - 60.0).clamp(80.0, 720.0));
+            let left_top = egui::pos2(rect.center().x - 0.5 * galley.size().x, top);
+            let back = egui::Rect::from_min_size(left_top, galley.size()).expand2(vec2(8.0, 2.0));
+            top = back.bottom() + 4.0;
+            painter.rect_filled(back, 4.0, Color32::from_black_alpha(170));
+            painter.galley(left_top, galley, Color32::WHITE);
+        }
+    }
+}
+
+/// Time for which a message is shown over the picture: as long as it takes to be read.
+fn shown_for(text: &str) -> Duration {
+    SHOWN + READING.saturating_mul(text.len() as u32)
 }
 
 /// The pictures that are drawn: an eye, channels, and a part of the target for each.

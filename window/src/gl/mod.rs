@@ -134,7 +134,10 @@ pub trait SurfaceRenderer {
     fn upload(&mut self, upload: &Upload);
 
     /// Takes over the reference image.
-    fn upload_reference(&mut self, image: &RgbaImage);
+    ///
+    /// # Errors
+    /// A sentence why the graphics card does not take it, as where it is too large; there is no image then.
+    fn upload_reference(&mut self, image: &RgbaImage) -> Result<(), String>;
 
     /// Forgets all bodies.
     fn clear(&mut self);

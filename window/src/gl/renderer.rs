@@ -222,12 +222,12 @@ impl SurfaceRenderer for GlRenderer {
         self.bodies[upload.body].upload(&self.gl, upload);
     }
 
-    fn upload_reference(&mut self, image: &RgbaImage) {
+    fn upload_reference(&mut self, image: &RgbaImage) -> Result<(), String> {
         if let Some(old) = self.reference.take() {
             old.delete(&self.gl);
         }
-        // Where the card takes no texture there is no image.
-        self.reference = ReferencePicture::new(&self.gl, image).ok();
+        self.reference = Some(ReferencePicture::new(&self.gl, image)?);
+        Ok(())
     }
 
     fn clear(&mut self) {

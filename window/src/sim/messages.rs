@@ -59,6 +59,8 @@ pub enum Command {
         /// Path of the recording.
         path: PathBuf,
     },
+    /// Stop, and leave the live session to another simulation.
+    HandOver,
     /// Stop.
     End,
 }

@@ -9,6 +9,7 @@ mod launch;
 mod messages;
 mod session_file;
 mod shape_copy;
+mod takeover;
 mod thread;
 
 pub use autosave::{Abandoned, abandoned, state_folder};
@@ -17,6 +18,7 @@ pub use gauges::{Gauges, StepTimes};
 pub use history::{Stroke, StrokeLog};
 pub use launch::prepare;
 pub use messages::{Command, Notice, OpenModel, Status};
+pub use takeover::Predecessor;
 
 use crate::opening::OpenRequest;
 use pliant_engine::session::CancelToken;
@@ -32,30 +34,36 @@ pub struct Simulation {
     thread: Option<JoinHandle<()>>,
     /// Ends the step that is under way.
     cancel: CancelToken,
+    /// Where it leaves its live session for another simulation.
+    handover: takeover::Handover,
 }
 
 impl Simulation {
-    /// Begins to open what is asked for, and then to step it, with frames for a viewer or without. `wake` is called after each notice.
+    /// Begins to open what is asked for, and then to step it, with frames for a viewer or without. `wake` is called after each notice. A predecessor gives its device
+    /// once the new session is open, and ends.
     ///
     /// # Errors
     /// A system that gives no thread.
-    pub fn start(request: OpenRequest, viewing: bool, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+    pub fn start(
+        request: OpenRequest,
+        viewing: bool,
+        before: Option<Predecessor>,
+        wake: impl Fn() + Send + 'static,
+    ) -> std::io::Result<Self> {
         let (commands, to_do) = channel();
         let (sender, notices) = channel();
         let (input, status) = triple_buffer(&Status::default());
         let notifier = messages::Notifier { sender, wake: Box::new(wake) };
         let cancel = CancelToken::default();
         let token = cancel.clone();
+        let handover = takeover::Handover::default();
+        let left = std::sync::Arc::clone(&handover);
         let run = move || {
-            thread::run(
-                &request,
-                viewing,
-                thread::Channels { commands: &to_do, notifier: &notifier, cancel: token },
-                input,
-            )
+            let channels = thread::Channels { commands: &to_do, notifier: &notifier, cancel: token, handover: &left };
+            thread::run(&request, viewing, before, channels, input)
         };
         let thread = launch::spawn(Box::new(run))?;
-        Ok(Self { commands, notices, status, thread: Some(thread), cancel })
+        Ok(Self { commands, notices, status, thread: Some(thread), cancel, handover })
     }
 
     /// Asks for something; it is done between two steps.

@@ -7,16 +7,17 @@ use super::gauges::GaugeWindow;
 use super::history::StrokeLog;
 use super::messages::{Command, Notice, Notifier, OpenModel, Status};
 use super::session_file::SessionFile;
+use super::takeover::{HandedOver, Handover, Predecessor, TakenOver};
 use crate::opening::{OpenRequest, Opened, open};
 use crate::strings;
 use pliant_editor::DeviceHand;
 use pliant_editor::surface::ViewSurface;
 use pliant_engine::session::{CancelToken, EventKind, Session, SessionCommand};
 use pliant_host::Device;
-use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, view_buffer};
+use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, PointerHandle, ViewWriter, view_buffer};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::mpsc::Receiver;
+use std::sync::{Arc, PoisonError};
 use std::time::Instant;
 use triple_buffer::Input;
 
@@ -31,12 +32,20 @@ pub(super) struct Channels<'a> {
     pub(super) notifier: &'a Notifier,
     /// Ends the step under way, for the simulation is to end.
     pub(super) cancel: CancelToken,
+    /// Where it leaves its live session for another simulation.
+    pub(super) handover: &'a Handover,
 }
 
 /// Opens what is asked for and steps it until it is told to end.
-pub(super) fn run(request: &OpenRequest, viewing: bool, channels: Channels<'_>, status: Input<Status>) {
+pub(super) fn run(
+    request: &OpenRequest,
+    viewing: bool,
+    before: Option<Predecessor>,
+    channels: Channels<'_>,
+    status: Input<Status>,
+) {
     let notifier = channels.notifier;
-    let work = || work(request, viewing, channels, status);
+    let work = || work(request, viewing, before, channels, status);
     match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
         Ok(Ok(())) => {}
         Ok(Err(text)) => notifier.send(Notice::Failed(text)),
@@ -44,26 +53,27 @@ pub(super) fn run(request: &OpenRequest, viewing: bool, channels: Channels<'_>, 
     }
 }
 
-fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status: Input<Status>) -> Result<(), String> {
-    let Channels { commands, notifier, cancel } = channels;
+fn work(
+    request: &OpenRequest,
+    viewing: bool,
+    before: Option<Predecessor>,
+    channels: Channels<'_>,
+    mut status: Input<Status>,
+) -> Result<(), String> {
+    let Channels { commands, notifier, cancel, handover } = channels;
     let began = Instant::now();
     let mut opened = open(request)?;
     opened.session.keep_history();
-    let mut session_file = SessionFile::begin(&opened, !request.is_scene());
-    let Opened { mut session, facts, device: real, .. } = opened;
+    let mut session_file = SessionFile::begin(&opened, !request.is_scene() && !request.is_tetrahedral());
+    let Opened { mut session, facts, .. } = opened;
     session.cancel_when(cancel);
     let (writer, reader) = view_buffer(&session);
     let surfaces = reader.bodies.iter().map(ViewSurface::new).collect();
-    let [slot, mirror] = &session.devices[..] else { return Err("the scene has not two hands".into()) };
+    let [slot, _] = &session.devices[..] else { return Err("the scene has not two hands".into()) };
     let device_frame = slot.frame;
-    let ((device, hand), (other, mirrored)) = (PointerDevice::new(slot.facts), PointerDevice::new(mirror.facts));
-    let (device, device_hand) = give_device(device, real, &session, request, notifier);
+    let view = Some(writer).filter(|_| viewing);
+    let Started { mut live, hands, device_hand } = start(request, before, &mut session, view, notifier)?;
     let has_device = device_hand.is_some();
-    let devices: Vec<Box<dyn HapticDevice>> = vec![device, Box::new(other)];
-    let hands = [hand, mirrored];
-    let settings = LiveSettings { rate: None, view: Some(writer).filter(|_| viewing) };
-    let mut live = LiveSession::start_with_devices(&mut session, devices, settings)
-        .map_err(|error| format!("the live session cannot start: {error}"))?;
     let cap_material = facts.cap_material.clone();
     let seconds = began.elapsed().as_secs_f64();
     let moving = session.bodies.iter().map(|body| &body.model);
@@ -152,6 +162,12 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
                     notifier.send(save(&mut session, &cap_material, materials, path, for_user));
                 }
                 Command::SaveSession { path } => session_path = Some(path),
+                Command::HandOver => {
+                    autosave.discard();
+                    let left = HandedOver { live, touching: session.touching_proxies() };
+                    *handover.lock().unwrap_or_else(PoisonError::into_inner) = Some(left);
+                    return Ok(());
+                }
                 Command::End => {
                     autosave.discard();
                     notifier.send(Notice::Ended(Box::new((live.finish(), gauges.all()))));
@@ -198,6 +214,39 @@ fn work(request: &OpenRequest, viewing: bool, channels: Channels<'_>, mut status
         }
     }
     Err("the haptic thread has ended".into())
+}
+
+/// A session that has begun in real time.
+struct Started {
+    live: LiveSession,
+    /// The hand, and the one that can mirror it.
+    hands: [PointerHandle; 2],
+    device_hand: Option<DeviceHand>,
+}
+
+/// Starts a session in real time: with the device of a predecessor, with one that is opened for it, or with the pointer alone.
+fn start(
+    request: &OpenRequest,
+    before: Option<Predecessor>,
+    session: &mut Session,
+    mut view: Option<ViewWriter>,
+    notifier: &Notifier,
+) -> Result<Started, String> {
+    if let Some(before) = before {
+        if let Some(TakenOver { live, hands, device_hand }) = before.hand_over(session, view.take()) {
+            return Ok(Started { live, hands, device_hand: Some(device_hand) });
+        }
+    }
+    let [slot, mirror] = &session.devices[..] else { return Err("the scene has not two hands".into()) };
+    let ((device, hand), (other, mirrored)) = (PointerDevice::new(slot.facts), PointerDevice::new(mirror.facts));
+    // Last: an arm that is open is served from here on.
+    let real =
+        request.device.as_ref().map(|device| request.search().and_then(|search| device.open(&search, session.dt())));
+    let (device, device_hand) = give_device(device, real, session, request, notifier);
+    let devices: Vec<Box<dyn HapticDevice>> = vec![device, Box::new(other)];
+    let live = LiveSession::start_with_devices(session, devices, LiveSettings { rate: None, view })
+        .map_err(|error| format!("the live session cannot start: {error}"))?;
+    Ok(Started { live, hands: [hand, mirrored], device_hand })
 }
 
 /// The device of the hand: the pointer, or with `real` a device that can have the hand in its place.

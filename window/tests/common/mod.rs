@@ -1,3 +1,4 @@
+#![allow(dead_code, reason = "not every test uses all of it")]
 //! A window without a graphics card, a model to open in it, and strokes of the pointer.
 
 use eframe::egui::{self, Key, Modifiers, Pos2, pos2};
