@@ -5,32 +5,17 @@
 SITE is a folder with the package `pliant` in it, OUT gets pictures and `result.json`.
 """
 
-import json
-import subprocess
 import sys
-import traceback
 from pathlib import Path
 
 import bpy
 import numpy as np
 
-SITE, OUT = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :][:2])
-sys.path[:0] = [str(SITE), str(Path(__file__).resolve().parents[1])]
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from gui_window import OUT, RESULT, at, coordinates, make_cube, picture, run, view, xdotool  # noqa: E402
 
 import haptic_edit  # noqa: E402
-
-RESULT: dict = {}
-
-
-def xdotool(*arguments) -> None:
-    subprocess.run(["xdotool", *map(str, arguments)], check=True)
-
-
-def coordinates():
-    mesh = bpy.data.objects["cube"].data
-    flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
-    mesh.vertices.foreach_get("co", flat)
-    return flat.reshape(-1, 3)
 
 
 def shown_at(frame: int):
@@ -42,41 +27,11 @@ def shown_at(frame: int):
     return flat.reshape(-1, 3)
 
 
-def prepare() -> None:
-    bpy.ops.object.select_all(action="SELECT")
-    bpy.ops.object.delete()
-    bpy.ops.mesh.primitive_cube_add(size=2.0)
-    obj = bpy.context.active_object
-    obj.name = "cube"
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.subdivide(number_cuts=20)
-    bpy.ops.object.mode_set(mode="OBJECT")
-    given = bpy.context.scene.haptic_edit
-    given.level, given.radius, given.strength = 5, 0.12, 1.0
-    bpy.ops.ed.undo_push(message="a cube")
-
-
-def view():
-    area = next(area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == "VIEW_3D")
-    region = next(region for region in area.regions if region.type == "WINDOW")
-    return bpy.context.window_manager.windows[0], area, region
-
-
-def picture(name: str) -> None:
-    window, area, region = view()
-    with bpy.context.temp_override(window=window, area=area, region=region):
-        bpy.ops.screen.screenshot(filepath=str(OUT / f"{name}.png"))
-
-
-def at(x: float, y: float) -> tuple[int, int]:
-    """A place of the 3D view, as shares of its width and height, on the screen of the X server."""
-    window, _, region = view()
-    return int(region.x + x * region.width), int(window.height - (region.y + y * region.height))
-
-
 def play():
     """One thing after another; each yield gives Blender that many seconds."""
-    prepare()
+    haptic_edit.register()
+    make_cube(2.0, 0.12)
+    bpy.context.scene.haptic_edit.strength = 1.0
     window, area, region = view()
     space = area.spaces.active
     space.region_3d.view_perspective = "ORTHO"
@@ -170,26 +125,4 @@ def play():
     RESULT["done"] = True
 
 
-def run() -> None:
-    haptic_edit.register()
-    steps = play()
-
-    def tick():
-        try:
-            wait = next(steps)
-            print("gui:", {key: RESULT[key] for key in list(RESULT)[-1:]}, flush=True)
-            return wait
-        except StopIteration:
-            pass
-        except Exception:
-            RESULT["error"] = traceback.format_exc()
-        (OUT / "result.json").write_text(json.dumps(RESULT, indent=1))
-        bpy.ops.wm.quit_blender()
-        return None
-
-    bpy.app.timers.register(tick, first_interval=1.0)
-
-
-bpy.context.preferences.view.show_splash = False
-OUT.mkdir(parents=True, exist_ok=True)
-run()
+run(play)

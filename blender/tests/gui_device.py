@@ -5,68 +5,32 @@
 SITE is a folder with the package `pliant` in it, OUT gets pictures and `result.json`. The device is `pointer`, which datagrams move.
 """
 
-import json
 import math
-import subprocess
 import sys
-import traceback
 from pathlib import Path
 
 import bpy
 import numpy as np
 
-SITE, OUT = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :][:2])
-ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(SITE), str(ROOT / "blender"), str(ROOT / "python" / "tests")]
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from gui_window import OUT, RESULT, at, coordinates, make_cube, picture, run, view, xdotool  # noqa: E402
 
 import addon_utils  # noqa: E402
 from device_user import DeviceUser, is_free, thread_names  # noqa: E402
 
-RESULT: dict = {}
 # Coordinates of a cube of 0.2 m that are the same but for the last motion of what was felt, m.
 NEAR = 2e-4
 HAPTIC_THREADS = {"haptic", "watchdog", "pliant-live"}
 
 
-def xdotool(*arguments) -> None:
-    subprocess.run(["xdotool", *map(str, arguments)], check=True)
-
-
-def coordinates():
-    mesh = bpy.data.objects["cube"].data
-    flat = np.empty(3 * len(mesh.vertices), dtype=np.float32)
-    mesh.vertices.foreach_get("co", flat)
-    return flat.reshape(-1, 3)
-
-
 def prepare(user) -> None:
+    """Enable the extension with the device of a user, on a cube."""
     addon_utils.enable("haptic_edit", default_set=True)
     given = bpy.context.preferences.addons["haptic_edit"].preferences
     given.device = "pointer"
     given.params["address"].value, given.params["hold"].value = user.address, "3600"
-    bpy.ops.object.select_all(action="SELECT")
-    bpy.ops.object.delete()
-    bpy.ops.mesh.primitive_cube_add(size=0.2)
-    obj = bpy.context.active_object
-    obj.name = "cube"
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.subdivide(number_cuts=20)
-    bpy.ops.object.mode_set(mode="OBJECT")
-    given = bpy.context.scene.haptic_edit
-    given.level, given.radius = 5, 0.1
-    bpy.ops.ed.undo_push(message="a cube")
-
-
-def view():
-    area = next(area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == "VIEW_3D")
-    region = next(region for region in area.regions if region.type == "WINDOW")
-    return bpy.context.window_manager.windows[0], area, region
-
-
-def picture(name: str) -> None:
-    window, area, region = view()
-    with bpy.context.temp_override(window=window, area=area, region=region):
-        bpy.ops.screen.screenshot(filepath=str(OUT / f"{name}.png"))
+    make_cube(0.2, 0.1)
 
 
 def play():
@@ -109,7 +73,7 @@ def play():
     user.send([0, 0, 0.0])
     yield 1.0
     start = coordinates()
-    xdotool("mousemove", int(region.x + 0.5 * region.width), int(window.height - region.y - 0.5 * region.height))
+    xdotool("mousemove", *at(0.5, 0.5))
     yield 0.3
     with bpy.context.temp_override(window=window, area=area, region=region):
         RESULT["invoked"] = sorted(bpy.ops.object.haptic_edit("INVOKE_DEFAULT"))
@@ -149,7 +113,7 @@ def play():
     space.region_3d.view_rotation = (1.0, 0.0, 0.0, 0.0)
     yield 1.0
     picture("turned")
-    # Undo by the key of Blender: the device is opened anew.
+    # Undo by the key of Blender: the session is opened anew, and the device stays open.
     xdotool("key", "ctrl+z")
     yield from until(lambda: np.abs(coordinates() - pressed).max() < NEAR)
     xdotool("key", "ctrl+shift+z")
@@ -192,23 +156,4 @@ def play():
     RESULT["done"] = True
 
 
-def run() -> None:
-    steps = play()
-
-    def tick():
-        try:
-            return next(steps)
-        except StopIteration:
-            pass
-        except Exception:
-            RESULT["error"] = traceback.format_exc()
-        (OUT / "result.json").write_text(json.dumps(RESULT, indent=1))
-        bpy.ops.wm.quit_blender()
-        return None
-
-    bpy.app.timers.register(tick, first_interval=1.0)
-
-
-bpy.context.preferences.view.show_splash = False
-OUT.mkdir(parents=True, exist_ok=True)
-run()
+run(play)

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from conftest import ROOT
-from device_user import DeviceUser, free_address, is_free
+from device_user import DeviceUser, free_address, is_free, thread_ids
 from strokes import add_grid_cube, coordinates, stroke
 
 
@@ -96,6 +96,39 @@ def test_undo_and_other_changes_of_the_mesh_open_the_session_anew(mode):
     control.tick(context)
     assert editing.edit is not first and editing.device is not None
     assert np.abs(coordinates(obj) - moved).max() < 1e-6
+    user.close()
+
+
+@pytest.mark.parametrize("change", ["settings", "mesh"])
+def test_the_device_stays_open_and_is_felt_while_the_session_is_opened_anew(mode, change):
+    user = DeviceUser()
+    editing, control, context, _ = mode("pointer", **user.params)
+    user.send([0, 0, 0.095])
+    frames(editing, control, context, lambda: editing.device.state.status == "ready" and not editing.device.is_inside)
+    for height in np.linspace(0.095, 0.06, 20):
+        user.send([0, 0, height])
+        frames(editing, control, context, lambda: True)
+    frames(editing, control, context, lambda: editing.device.state.force[2] > 0.05)
+    first, haptic, felt = editing.edit, thread_ids("haptic"), editing.device.state.force[2]
+    if change == "settings":
+        context.scene.haptic_edit.young *= 1.5
+    else:
+        obj = editing.object()
+        obj.data.vertices[0].co.x -= 0.01
+        obj.data.update()
+    least = []
+
+    def is_new():
+        user.send([0, 0, 0.06])
+        least.append(editing.device.state.force[2])
+        return editing.edit is not first and len(least) > 60
+
+    frames(editing, control, context, is_new)
+    assert thread_ids("haptic") == haptic, "the device was closed and opened"
+    assert min(least[1:]) > 0.4 * felt, f"{min(least[1:])} N after {felt} N"
+    assert not editing.device.is_inside
+    user.send([0, 0, 0.095])
+    frames(editing, control, context, lambda: not editing.device.state.force.any())
     user.close()
 
 

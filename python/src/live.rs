@@ -10,7 +10,7 @@ use super::live_device::{KeptDevice, Lead, LedHand, play_with_device};
 use super::model::Found;
 use super::open_session::Open;
 use pliant_editor::DeviceWish;
-use pliant_engine::session::{HandPose, Session, ToolFrame};
+use pliant_engine::session::{EventKind, HandPose, Session, ToolFrame};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -216,12 +216,15 @@ pub(super) struct Publisher<'a> {
     shared: &'a Shared,
     number: u64,
     last: Option<Instant>,
+    /// Number of visible triangles of each body, and the changes of surfaces that were counted with it.
+    triangles: Vec<usize>,
+    counted: Option<[u64; 4]>,
 }
 
 impl<'a> Publisher<'a> {
     /// Of a thread that has shown nothing yet.
     pub(super) fn new(shared: &'a Shared) -> Self {
-        Self { shared, number: 0, last: None }
+        Self { shared, number: 0, last: None, triangles: Vec::new(), counted: None }
     }
 
     /// Whether it is time for another view.
@@ -229,18 +232,30 @@ impl<'a> Publisher<'a> {
         self.last.is_none_or(|at| at.elapsed() >= PUBLISH_PERIOD)
     }
 
+    /// Counts visible triangles, where a cut, a stitch, a failure or the history has changed surfaces since the last count.
+    fn count_triangles(&mut self, session: &Session) {
+        let all: usize = session.bodies.iter().map(|body| body.model.surface.triangles.len()).sum();
+        let events = [EventKind::ElementsFailed, EventKind::History].map(|kind| session.events.count(kind));
+        let changes = [all as u64, session.cuts().advances as u64, events[0], events[1]];
+        if self.counted.replace(changes) == Some(changes) {
+            return;
+        }
+        self.triangles.clear();
+        let bodies = session.bodies.iter().enumerate();
+        self.triangles.extend(bodies.map(|(index, body)| Found::Moving(index, body).triangles().count()));
+    }
+
     /// Shows the session as it is, with the simulated time that was given up (s) and the hand that a device has.
     pub(super) fn publish(&mut self, session: &mut Session, lost_time: f64, hand: Option<LedHand>) {
         session.update_surface();
+        self.count_triangles(session);
         self.number += 1;
         let mut view = lock(&self.shared.view);
         (view.number, view.time, view.lost_time) = (self.number, session.time(), lost_time);
         view.tools.clone_from(&session.frame().tools);
         view.hand = hand;
         let bodies = &session.bodies;
-        view.triangles.clear();
-        view.triangles
-            .extend(bodies.iter().enumerate().map(|(index, body)| Found::Moving(index, body).triangles().count()));
+        view.triangles.clone_from(&self.triangles);
         view.positions.resize_with(bodies.len(), Vec::new);
         for (to, body) in view.positions.iter_mut().zip(bodies) {
             to.clear();

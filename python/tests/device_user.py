@@ -85,3 +85,19 @@ def is_free(address: str) -> bool:
         except OSError:
             return False
     return True
+
+
+def thread_ids(name: str) -> set[str]:
+    """Ids of the threads of this process that have a name; none where the system does not list them."""
+    if not os.path.isdir("/proc/self/task"):
+        return set()
+    found = set()
+    for task in os.listdir("/proc/self/task"):
+        try:
+            with open(f"/proc/self/task/{task}/comm") as file:
+                if file.read().strip() == name:
+                    found.add(task)
+        except FileNotFoundError:
+            # It has ended.
+            continue
+    return found

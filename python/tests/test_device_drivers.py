@@ -44,6 +44,13 @@ class Arm:
         return np.array(numbers[:3]), np.array(numbers[3:6]), numbers[10]
 
 
+    def calls(self):
+        """How often the driver was asked to open and to close a device."""
+        counts = (ctypes.c_uint64 * 2)()
+        self.library.pliant_stub_read_calls(counts)
+        return tuple(counts)
+
+
 @pytest.fixture
 def arm():
     """A driver with an arm behind it."""
@@ -90,6 +97,52 @@ def test_an_arm_behind_a_driver_feels_and_sculpts(arm):
             wait_until(hand, lambda: not hand.state.in_stroke)
         assert session.history[0] == 1
         assert np.isnan(arm.read()[0]).all(), "the arm is closed"
+
+
+@pytest.mark.parametrize("size", [0.1, 0.11])
+def test_another_session_goes_on_with_an_arm_that_presses(arm, size):
+    with pliant.Session(model(), allow_plugins=[arm.path.parent]) as session, pliant.Session(model(size)) as other:
+        hand = follow(session, arm)
+        wait_until(hand, lambda: hand.state.status == "ready")
+        scale = hand.state.length_scale
+        middle = arm.read()[0] - hand.state.position / scale
+        hand.guide(buttons=(0, 0, 0))
+        arm.hold(middle + np.array([0, 0, 0.09]) / scale)
+        wait_until(hand, lambda: hand.state.position[2] > 0.085)
+        hand.guide(buttons=([1], [1], [1]))
+        for height in np.linspace(0.09, 0.045, 20):
+            arm.hold(middle + np.array([0, 0, height]) / scale)
+            hand.wait(hand.wait(), 20.0)
+        wait_until(hand, lambda: hand.tool("finger").contact == "cube" and hand.state.force[2] > 0.2)
+        felt = hand.state.force[2]
+        following = other.hand("finger").follow(hand)
+        assert arm.calls() == (1, 0), "neither closed nor opened"
+        # The force of the motors, while the other session begins.
+        least, seen = felt, 0
+        for _ in range(30):
+            seen = following.wait(seen, 20.0)
+            least = min(least, arm.read()[1][2])
+        assert least > 0.3 * felt, f"{least} N after {felt} N"
+        assert following.tool("finger").contact == "cube" and not hand.is_alive
+        assert arm.read()[2] == 0, "the driver's rules hold"
+        session.step()
+        with pytest.raises(pliant.PliantError, match="no device"):
+            session.hand("finger").follow(hand)
+        with pytest.raises(pliant.PliantError, match="params has `library`"):
+            session.hand("finger").follow(following, {"library": arm.path})
+        following.stop()
+        assert arm.calls() == (1, 1) and np.isnan(arm.read()[0]).all()
+
+
+def test_a_paused_hand_keeps_its_device_until_it_is_stopped(arm):
+    with pliant.Session(model(), allow_plugins=[arm.path.parent]) as session:
+        hand = follow(session, arm)
+        wait_until(hand, lambda: hand.state.status == "ready")
+        hand.pause()
+        session.step()
+        assert arm.calls() == (1, 0)
+        hand.stop()
+        assert arm.calls() == (1, 1)
 
 
 def test_an_arm_that_is_unplugged_is_lost_and_the_hand_is_the_callers(arm):

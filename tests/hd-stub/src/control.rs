@@ -18,6 +18,17 @@ extern "C" fn pliant_stub_reset() {
     scheduler::stall(0);
 }
 
+/// Writes how often devices were opened and closed since the reset (2).
+///
+/// # Safety
+/// `counts` has room for two numbers.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn pliant_stub_read_calls(counts: *mut u64) {
+    let state = state::lock();
+    // SAFETY: by the promise of the function.
+    unsafe { std::ptr::copy_nonoverlapping([state.opened, state.closed].as_ptr(), counts, 2) };
+}
+
 /// Lets the next frame end with an error code.
 #[unsafe(no_mangle)]
 extern "C" fn pliant_stub_inject_error(code: u32) {

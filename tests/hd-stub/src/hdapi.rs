@@ -51,6 +51,7 @@ unsafe extern "C" fn hdInitDevice(name: *const c_char) -> u32 {
         state.push_error(code);
         return INVALID_HANDLE;
     }
+    state.opened += 1;
     let device = Device::new(name, state.calibration);
     state.add_device(device)
 }
@@ -59,7 +60,10 @@ unsafe extern "C" fn hdInitDevice(name: *const c_char) -> u32 {
 extern "C" fn hdDisableDevice(handle: u32) {
     let mut state = lock();
     match state.devices.get_mut(handle as usize) {
-        Some(device @ Some(_)) => *device = None,
+        Some(device @ Some(_)) => {
+            *device = None;
+            state.closed += 1;
+        }
         Some(None) | None => state.push_error(error::BAD_HANDLE),
     }
 }

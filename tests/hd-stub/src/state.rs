@@ -105,6 +105,10 @@ pub(crate) struct DriverState {
     pub callback: Option<Callback>,
     /// The locale of numbers when a device was last opened.
     pub locale: String,
+    /// How often devices were opened.
+    pub opened: u64,
+    /// How often devices were closed.
+    pub closed: u64,
 }
 
 impl Default for DriverState {
@@ -121,6 +125,8 @@ impl Default for DriverState {
             rate: 1000,
             callback: None,
             locale: String::new(),
+            opened: 0,
+            closed: 0,
         }
     }
 }
