@@ -88,6 +88,21 @@ fn a_plugin_that_ends_its_process_ends_a_child_alone() {
     assert_eq!(attempts, [1, 1, 2, 2].map(Value::from));
 }
 
+/// A child that ends well without results has none; one whose plugin panics or is quarantined says so itself.
+#[test]
+fn what_happens_in_a_child_is_a_row_with_its_class() {
+    for (fault, class, said) in [
+        ("exits", "crash", "exit"),
+        ("panics-in-new", "plugin", "panicked on purpose, in new"),
+        ("panics-in-forces", "quarantine", "panicked on purpose"),
+        ("forces-not-a-number", "quarantine", "forces-not-a-number"),
+    ] {
+        let bench = faulty_bench(fault, "");
+        run_batch(&bench, &["--out", "out", "--isolate"]).expect(1);
+        expect_failed(&bench, class, said);
+    }
+}
+
 #[test]
 fn after_a_crash_what_was_under_way_goes_on_in_a_child() {
     let bench = faulty_bench("aborts", "");

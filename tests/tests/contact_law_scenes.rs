@@ -150,3 +150,17 @@ fn what_follows_an_undo_is_what_follows_a_new_contact() {
     assert_eq!(history, 1, "{}", summary["events"]);
     assert_eq!(undone, alone, "a contact after an undo has no memory of those before it");
 }
+
+/// Obstacles have no contact law: a key for one is an error that says what they have.
+#[test]
+fn a_law_of_an_obstacle_is_refused_by_name() {
+    let bench = Bench::new();
+    for key in ["contact-law", "law"] {
+        let obstacle = format!(
+            "[[obstacle]]\nname = \"floor\"\nshape = {{ kind = \"plane\" }}\n{key} = {{ plugin = \"contact-laws#hunt-crossley\" }}\n"
+        );
+        bench.write("scene.toml", format!("{}\n{obstacle}", scene("radius = \"4 mm\"")));
+        let ran = bench.pliant(&["run", "scene.toml", "--out", "out"]).expect(2);
+        ran.says(&["scene.toml:", &format!("unknown field `{key}`"), "`friction`, `restitution`"]);
+    }
+}

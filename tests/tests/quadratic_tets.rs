@@ -5,11 +5,11 @@
 use nalgebra::Matrix3;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::Random;
-use pliant_mesh::testing::tetrahedra::TetBox;
+use pliant_mesh::testing::tetrahedra::{TetBox, TetFormat};
 use pliant_solver::{HessianApproximation, Pool, System, SystemScales};
-use pliant_tests::NOW;
 use pliant_tests::solid::{forces, hold, settle};
 use pliant_tests::tetrahedral::{open, orders, run, scene};
+use pliant_tests::{Bench, NOW};
 
 const SOLIDS: [&str; 2] = ["neo-hookean", "corotational"];
 const IMPLICIT: &str = "dt = 1e-3\nduration = 1\nintegrator = \"backward-euler\"";
@@ -239,4 +239,26 @@ fn histories_and_fibres_are_at_the_points_of_elements() {
     };
     let [along, across] = [[1, 0, 0], [0, 0, 1]].map(|way| force(&format!("[[body.fibre]]\ndirection = {way:?}")));
     assert!(across > 0.0 && along > 2.0 * across, "fibres carry along themselves: {along} N, {across} N");
+}
+
+/// A material that can fail is refused where it is named, with the remedy, for straight and curved elements; linear ones of the same mesh are simulated.
+#[test]
+fn materials_that_can_fail_are_refused_for_quadratic_tetrahedra() {
+    let linear = bar(1);
+    for (mesh, is_refused) in [(linear.clone(), false), (linear.clone().quadratic(), true)] {
+        let bench = Bench::new();
+        bench.write("bar.vtk", mesh.bytes(TetFormat::Vtk));
+        let scene = "format = 1\ngravity = [0, 0, -9.81]\n[time]\ndt = 1e-3\nduration = 2e-3\nintegrator = \"backward-euler\"\n[[body]]\nname = \"bar\"\n\
+                     mesh = \"bar.vtk\"\nmaterial = { plugin = \"quasi-brittle\" }\n";
+        bench.write("scene.toml", scene);
+        let ran = bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(if is_refused { 2 } else { 0 });
+        if is_refused {
+            ran.says(&[
+                "scene.toml:10:23",
+                "`quasi-brittle` of body `bar` can fail",
+                "quadratic tetrahedra of 10 nodes",
+                "allowed are tetrahedra of 4 nodes",
+            ]);
+        }
+    }
 }

@@ -23,6 +23,7 @@
 mod advance;
 mod blade;
 mod cap;
+pub mod carve;
 mod cut_edges;
 mod enclosure;
 mod error;

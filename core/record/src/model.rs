@@ -2,7 +2,7 @@
 
 use crate::atomic::{AtomicFile, error_at};
 use pliant_engine::body::{Body, CutMesh, FailedTriangles};
-use pliant_mesh::geometry::Vec3;
+use pliant_mesh::geometry::{Vec3, closest_point};
 use pliant_mesh::obj::{Corner, Patch, WriteError};
 use pliant_mesh::{ObjDocument, Placement, Surface};
 use std::collections::BTreeMap;
@@ -60,6 +60,17 @@ pub struct ModelShape<'a> {
     pub is_part: bool,
 }
 
+/// Pieces of triangles of the document, with what its rows have not.
+#[derive(Default)]
+struct Pieces {
+    /// Polygons as rows of positions, texture coordinates and normals, each with its face.
+    faces: Vec<(u32, Vec<[u32; 3]>)>,
+    /// Vertices of the body that are new rows, in their order.
+    new: Vec<u32>,
+    /// New texture coordinates.
+    texcoords: Vec<[f64; 2]>,
+}
+
 /// A written model.
 pub(crate) struct WrittenModel {
     /// Text of the file.
@@ -109,7 +120,7 @@ impl<'a> ModelShape<'a> {
             return self.write_whole(cap_material, out);
         }
         let document = self.without_failed(cap_material)?;
-        document.write_faces(&vec![true; document.face_count()], out)
+        document.write_faces(&vec![!self.has_nothing_left(); document.face_count()], out)
     }
 
     /// Writes the OBJ document as [`ModelShape::write`], and tells where the vertices are in it.
@@ -122,6 +133,11 @@ impl<'a> ModelShape<'a> {
             None => (0..self.present.len() as u32).collect(),
         };
         row_of.resize(self.present.len(), NO_ROW);
+        self.pieces()
+            .new
+            .iter()
+            .zip(self.document.positions().len() as u32..)
+            .for_each(|(v, row)| row_of[*v as usize] = row);
         let mut bytes = Vec::new();
         let is_whole = self.failed_triangles.is_empty() && !self.is_part;
         if is_whole && self.failed_triangles.exposed().triangles().is_empty() {
@@ -129,7 +145,7 @@ impl<'a> ModelShape<'a> {
             return Ok(WrittenModel { bytes, row_of });
         }
         let document = self.without_failed(cap_material)?;
-        let is_kept = vec![true; document.face_count()];
+        let is_kept = vec![!self.has_nothing_left(); document.face_count()];
         document.write_faces(&is_kept, &mut bytes)?;
         let kept = document.kept_vertices(&is_kept);
         let rows = kept.iter().filter(|row| **row != NO_ROW).count() as u32;
@@ -140,7 +156,11 @@ impl<'a> ModelShape<'a> {
 
     /// Appends the faces that have come to light, with those of their vertices that the file does not have: it has `rows`, and `row_of` gets theirs.
     fn write_exposed(&self, cap_material: &str, rows: u32, row_of: &mut [u32], out: &mut Vec<u8>) -> io::Result<()> {
-        let triangles = self.failed_triangles.exposed().triangles();
+        let exposed = self.failed_triangles.exposed();
+        // Pieces of faces of the document have been written with them.
+        let is_written = |of: &Option<u32>| self.cut.is_none() && of.is_some();
+        let triangles = exposed.triangles().iter().zip(exposed.pieces_of()).filter(|(_, of)| !is_written(of));
+        let triangles: Vec<[u32; 3]> = triangles.map(|(corners, _)| *corners).collect();
         if triangles.is_empty() {
             return Ok(());
         }
@@ -158,7 +178,7 @@ impl<'a> ModelShape<'a> {
         }
         let name = if cap_material.is_empty() { EXPOSED } else { cap_material };
         write!(out, "g {name}\nusemtl {name}\n")?;
-        for corners in triangles {
+        for corners in &triangles {
             let [a, b, c] = corners.map(|vertex| row_of[vertex as usize] + 1);
             writeln!(out, "f {a} {b} {c}")?;
         }
@@ -172,10 +192,25 @@ impl<'a> ModelShape<'a> {
         ObjDocument::parse(bytes, Path::new("model.obj")).map_err(io::Error::other)
     }
 
+    /// Whether all triangles of the file, or of the cut mesh, have failed, and no piece of one is left.
+    fn has_nothing_left(&self) -> bool {
+        if self.failed_triangles.is_empty() {
+            return false;
+        }
+        let failed = |t: usize| self.failed_triangles.contains(t as u32);
+        match self.cut {
+            Some(mesh) => (0..mesh.surface().triangles.len()).all(|t| failed(t) || mesh.is_lid(t as u32)),
+            None => {
+                let no_piece = self.failed_triangles.exposed().pieces_of().iter().all(Option::is_none);
+                no_piece && (0..Surface::from_document(self.document).triangles.len()).all(failed)
+            }
+        }
+    }
+
     /// Of each face of the document with triangles that have failed, those that have not, as rows of positions, texture coordinates and normals.
     fn broken_faces(&self) -> BTreeMap<u32, Vec<Vec<[u32; 3]>>> {
         let mut broken = BTreeMap::new();
-        if self.failed_triangles.is_empty() {
+        if self.failed_triangles.is_empty() || self.has_nothing_left() {
             return broken;
         }
         let surface = Surface::from_document(self.document);
@@ -196,14 +231,59 @@ impl<'a> ModelShape<'a> {
         broken
     }
 
+    /// Pieces of triangles of the document that were partly on what has failed; none after a cut.
+    fn pieces(&self) -> Pieces {
+        let mut pieces = Pieces::default();
+        let exposed = self.failed_triangles.exposed();
+        if self.cut.is_some() || exposed.pieces_of().iter().all(Option::is_none) {
+            return pieces;
+        }
+        let surface = Surface::from_document(self.document);
+        let (rows, texture_rows) = (self.document.positions().len() as u32, self.document.texcoords().len() as u32);
+        let (mut row_of, mut texture_of) = (BTreeMap::new(), BTreeMap::new());
+        for (corners, of) in exposed.triangles().iter().zip(exposed.pieces_of()) {
+            let Some(of) = *of else { continue };
+            let (face, whole) = (surface.face_of[of as usize], surface.triangles[of as usize]);
+            let given = self.document.face(face as usize).map_or(&[][..], |face| face.corners);
+            let texture = whole.map(|v| given.iter().find(|corner| corner.v == v).and_then(Corner::vt));
+            let at = |v: u32| self.original[v as usize];
+            let polygon = corners.map(|v| {
+                if v < rows {
+                    let corner = whole.iter().position(|corner| *corner == v);
+                    return [v, corner.and_then(|corner| texture[corner]).unwrap_or(NO_ROW), NO_ROW];
+                }
+                let row = *row_of.entry(v).or_insert_with(|| {
+                    pieces.new.push(v);
+                    rows + pieces.new.len() as u32 - 1
+                });
+                let [Some(a), Some(b), Some(c)] = texture else { return [row, NO_ROW, NO_ROW] };
+                // By face, for a seam of the texture may go along an edge.
+                let texture_row = *texture_of.entry((v, of)).or_insert_with(|| {
+                    let bary = closest_point(at(v), whole.map(at)).bary;
+                    let uv = [a, b, c].map(|row| self.document.texcoords()[row as usize]);
+                    let mean = [0, 1].map(|axis| (0..3).map(|i| bary[i] * uv[i][axis]).sum());
+                    pieces.texcoords.push(mean);
+                    texture_rows + pieces.texcoords.len() as u32 - 1
+                });
+                [row, texture_row, NO_ROW]
+            });
+            let has_texture = polygon.iter().all(|corner| corner[1] != NO_ROW);
+            let polygon = polygon.map(|[v, vt, vn]| [v, if has_texture { vt } else { NO_ROW }, vn]);
+            pieces.faces.push((face, polygon.to_vec()));
+        }
+        pieces
+    }
+
     /// Writes the document with all rows, and without triangles that have failed.
     fn write_whole(&self, cap_material: &str, out: &mut impl Write) -> io::Result<()> {
         let other = |error: WriteError| io::Error::other(error.to_string());
         let Self { document, placement, original, present, failed_triangles, cut, is_part: _ } = *self;
+        // A document has faces: those of one of which nothing is left are left out when it is read again.
+        let is_empty = self.has_nothing_left();
         if let Some(mesh) = cut {
             return mesh
                 .write_without(
-                    |t| failed_triangles.contains(t),
+                    |t| !is_empty && failed_triangles.contains(t),
                     document,
                     &present[..mesh.surface().points.len()],
                     cap_material,
@@ -212,7 +292,12 @@ impl<'a> ModelShape<'a> {
                 .map_err(other);
         }
         let points = placement.bring_back(document.positions(), original, present);
-        let patch = Patch { faces: self.broken_faces(), ..Patch::default() };
+        let (mut faces, pieces) = (self.broken_faces(), self.pieces());
+        for (face, polygon) in pieces.faces {
+            faces.entry(face).or_default().push(polygon);
+        }
+        let positions: Vec<Vec3> = pieces.new.iter().map(|v| placement.apply_inverse(present[*v as usize])).collect();
+        let patch = Patch { faces, positions: &positions, texcoords: &pieces.texcoords, ..Patch::default() };
         document.write_deformed_patched(&points, patch, out).map_err(other)
     }
 }

@@ -1,24 +1,29 @@
-//! The surface of a solid whose elements have failed: triangles of failed elements go, and faces that have come to light are added behind the others.
+//! The surface of a solid whose elements have failed: triangles of failed elements go, and pieces of them that are left and faces that have come to light are
+//! added behind the others.
 //!
 //! What is shown follows from which elements have failed and not from the order in which they did: faces that have come to light are taken away
 //! and found anew at every change. Their vertices are nodes, or lie on edges between two.
 
-use super::lattice::EdgePlace;
+use super::lattice::{BrokenSurface, ExposedCorner, NodePlace};
 use super::{Body, Discretization, LatticeError, Samples};
 use pliant_plugin_api::abi;
 use pliant_solver::{ElementSet, Vec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Faces of a body that have come to light where elements have failed.
+/// Faces of a body that have come to light where elements have failed, and pieces of triangles that were partly on those.
 #[derive(Clone, Debug, Default)]
 pub struct ExposedFaces {
     /// Number of vertices of the body without those of the faces.
     first_vertex: u32,
+    /// Number of triangles of the body without the faces.
+    first_triangle: u32,
     /// Corners of the triangles, counter-clockwise seen from outside, as vertices; they are the last of the body (f x 3).
     triangles: Vec<[u32; 3]>,
+    /// The triangle of the surface of which each is a piece, `None` for a face that has come to light (f).
+    of: Vec<Option<u32>>,
     /// Where the vertices of the faces are that the body had not before.
-    places: Vec<EdgePlace>,
+    places: Vec<NodePlace>,
 }
 
 impl ExposedFaces {
@@ -27,14 +32,25 @@ impl ExposedFaces {
         &self.triangles
     }
 
+    /// The triangle of the surface of which each triangle is a piece, `None` for one of a face that has come to light (f).
+    pub fn pieces_of(&self) -> &[Option<u32>] {
+        &self.of
+    }
+
+    /// The triangle of the surface of which a triangle of the body is a piece.
+    pub fn piece_of(&self, triangle: u32) -> Option<u32> {
+        let index = triangle.checked_sub(self.first_triangle)?;
+        self.of.get(index as usize).copied().flatten()
+    }
+
     /// The first vertex of the body that is of these faces alone; they are the last ones. `None` where no face has come to light.
     pub fn first_vertex(&self) -> Option<u32> {
         (!self.triangles.is_empty()).then_some(self.first_vertex)
     }
 
     /// Nodes that carry the vertices that are of these faces alone, in their order, with their weights.
-    pub(crate) fn carriers(&self) -> impl Iterator<Item = [(u32, f64); 2]> + '_ {
-        self.places.iter().map(|at| [(at.nodes[0], 1.0 - at.share), (at.nodes[1], at.share)])
+    pub(crate) fn carriers(&self) -> impl Iterator<Item = [(u32, f64); 3]> + '_ {
+        self.places.iter().map(|at| [0, 1, 2].map(|i| (at.nodes[i], at.weights[i])))
     }
 
     /// Vertices of the body that are of these faces alone.
@@ -90,7 +106,7 @@ impl Body {
         self.failed_triangles.take_changes(set.failed_changes());
         let mut broken = lattice.break_surface(set.nodes(), set.failed(), model)?;
         broken.is_gone.resize(model.surface.triangles.len(), false);
-        let changed = self.failed_triangles.replace(broken.is_gone);
+        let changed = self.failed_triangles.replace(std::mem::take(&mut broken.is_gone));
         let (model, tree) = (Arc::make_mut(model), Arc::make_mut(&mut self.skin.tree));
         for &t in &changed {
             model.pages.mark(t);
@@ -102,7 +118,7 @@ impl Body {
         let gone = (0..model.surface.triangles.len() as u32).filter(|t| self.failed_triangles.contains(*t));
         gone.for_each(|t| tree.remove(t));
         lattice.set_loose(Vec::new());
-        self.add_exposed_faces(&broken.exposed);
+        self.add_exposed_faces(broken);
         if let Discretization::Lattice(lattice) = &mut self.discretization {
             lattice.measure_longest_edges(&self.model)?;
         }
@@ -112,40 +128,40 @@ impl Body {
         Ok(true)
     }
 
-    /// Adds faces that have come to light behind the triangles of the body.
-    fn add_exposed_faces(&mut self, faces: &[([EdgePlace; 3], u32)]) {
-        let Discretization::Lattice(lattice) = &self.discretization else { return };
-        if faces.is_empty() {
+    /// Adds triangles that failure has made behind those of the body.
+    fn add_exposed_faces(&mut self, broken: BrokenSurface) {
+        let BrokenSurface { places, exposed, .. } = broken;
+        if exposed.is_empty() {
             return;
         }
         let (first_vertex, first_triangle) =
             (self.model.surface.points.len() as u32, self.model.surface.triangles.len());
-        let vertex_of_node = lattice.vertices_of_nodes();
-        // By their bits, so that faces with a common edge have common vertices.
-        let mut known: BTreeMap<([u32; 2], u64), u32> = BTreeMap::new();
-        let mut places = Vec::new();
-        let mut vertex = |place: &EdgePlace| {
-            let of_node = vertex_of_node.get(place.nodes[0] as usize).copied().flatten();
-            if let Some(vertex) = of_node.filter(|_| place.nodes[0] == place.nodes[1]) {
-                return vertex;
-            }
-            *known.entry((place.nodes, place.share.to_bits())).or_insert_with(|| {
-                places.push(*place);
-                first_vertex + places.len() as u32 - 1
-            })
+        let vertex = |corner: ExposedCorner| match corner {
+            ExposedCorner::Vertex(vertex) => vertex,
+            ExposedCorner::Place(place) => first_vertex + place,
         };
-        let triangles: Vec<[u32; 3]> =
-            faces.iter().map(|(corners, _)| [0, 1, 2].map(|i| vertex(&corners[i]))).collect();
-        let between =
-            |place: &EdgePlace, at: &dyn Fn(u32) -> Vec3| at(place.nodes[0]).lerp(&at(place.nodes[1]), place.share);
-        let points: Vec<Vec3> = places.iter().map(|place| between(place, &|n| lattice.grid_rest(n))).collect();
-        let nodes = &self.system.nodes;
+        let triangles: Vec<[u32; 3]> = exposed.iter().map(|triangle| triangle.corners.map(vertex)).collect();
+        let of: Vec<Option<u32>> = exposed.iter().map(|triangle| triangle.of).collect();
+        let points: Vec<Vec3> = places.iter().map(|place| place.rest).collect();
+        let Discretization::Lattice(lattice) = &self.discretization else { return };
+        let rest = &self.system.nodes.rest;
+        let at_rest = |place: &NodePlace| {
+            let offset = |n: u32| rest[n as usize] - lattice.grid_rest(n);
+            place.moved(place.rest, |n| rest[n as usize], offset)
+        };
         let mut settled = std::mem::take(&mut self.skin.settled);
-        Arc::make_mut(&mut settled).extend(places.iter().map(|place| between(place, &|n| nodes.rest[n as usize])));
-        Arc::make_mut(&mut self.model).add_inner(&points, &triangles);
+        Arc::make_mut(&mut settled).extend(places.iter().map(at_rest));
+        let model = Arc::make_mut(&mut self.model);
+        model.add_inner(&points, &triangles);
+        for (triangle, of) in (first_triangle..).zip(&of) {
+            if let Some(of) = of {
+                model.surface.face_of[triangle] = model.surface.face_of[*of as usize];
+            }
+        }
         let new: Vec<u32> = (first_triangle as u32..self.model.surface.triangles.len() as u32).collect();
         self.skin.take_cut(&self.model, settled, &new, 0..0);
-        self.failed_triangles.exposed = ExposedFaces { first_vertex, triangles, places };
+        self.failed_triangles.exposed =
+            ExposedFaces { first_vertex, first_triangle: first_triangle as u32, triangles, of, places };
         self.embed_exposed_faces();
     }
 
@@ -184,9 +200,10 @@ impl Body {
 
     /// Moves the vertices of faces that have come to light with their nodes.
     pub(crate) fn embed_exposed_faces(&mut self) {
-        let (x, exposed) = (&self.system.nodes.x, &self.failed_triangles.exposed);
-        for (vertex, EdgePlace { nodes: [a, b], share }) in exposed.vertices().zip(&exposed.places) {
-            let place = x[*a as usize].lerp(&x[*b as usize], *share);
+        let (nodes, exposed) = (&self.system.nodes, &self.failed_triangles.exposed);
+        for (vertex, place) in exposed.vertices().zip(&exposed.places) {
+            let displacement = |n: u32| nodes.x[n as usize] - nodes.rest[n as usize];
+            let place = place.moved(self.skin.settled[vertex as usize], |n| nodes.x[n as usize], displacement);
             if self.skin.x[vertex as usize] != place {
                 self.skin.x[vertex as usize] = place;
                 self.skin.pages.mark(vertex);

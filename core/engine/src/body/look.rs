@@ -2,6 +2,7 @@
 
 use super::{Body, Model};
 use pliant_cut::CutMesh;
+use pliant_mesh::geometry::closest_point;
 use pliant_mesh::obj::Corner;
 
 /// Value of a row of normals or of a material that the file does not give.
@@ -31,11 +32,28 @@ impl Body {
         if self.failed_triangles.contains(triangle) {
             return None;
         }
-        self.model.look(triangle, self.cut.as_deref().filter(|mesh| mesh.depth() > 0))
+        let mesh = self.cut.as_deref().filter(|mesh| mesh.depth() > 0);
+        let look = self.model.look(triangle, mesh)?;
+        match self.failed_triangles.exposed().piece_of(triangle) {
+            Some(of) => Some(self.model.look_of_piece(look.corners, &self.model.look(of, mesh)?)),
+            None => Some(look),
+        }
     }
 }
 
 impl Model {
+    /// Appearance of a piece with these corners of a triangle with appearance `of`: texture coordinates are interpolated, normals of the file are at its own corners alone.
+    fn look_of_piece(&self, corners: [u32; 3], of: &TriangleLook) -> TriangleLook {
+        let at = |v: u32| self.surface.points[v as usize];
+        let of_corner = |v: u32| of.corners.iter().position(|corner| *corner == v);
+        let texture = corners.map(|v| {
+            let bary = closest_point(at(v), of.corners.map(at)).bary;
+            [0, 1].map(|axis| (0..3).map(|i| bary[i] * f64::from(of.texture[i][axis])).sum::<f64>() as f32)
+        });
+        let shading = corners.map(|v| of_corner(v).map_or(ABSENT, |corner| of.shading[corner]));
+        TriangleLook { corners, texture, shading, ..*of }
+    }
+
     /// Appearance of a triangle, from the mesh `cut` if a blade has cut it; `None` as for [`Body::look`].
     pub fn look(&self, triangle: u32, cut: Option<&CutMesh>) -> Option<TriangleLook> {
         let document = &self.document;

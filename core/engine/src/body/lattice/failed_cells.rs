@@ -8,6 +8,8 @@ use crate::body::disjoint_sets::DisjointSets;
 use crate::body::model::Model;
 use crate::contact::inward;
 use crate::obstacle::MeshSurface;
+use pliant_cut::carve::{Carving, Corner, Crossing, Left, jitter};
+use pliant_mesh::Surface;
 use pliant_mesh::tetrahedra::{FACES, NO_NEIGHBOUR, neighbours};
 use pliant_plugin_api::abi;
 use pliant_solver::Vec3;
@@ -17,6 +19,8 @@ use std::collections::BTreeMap;
 const HALVINGS: usize = 50;
 /// Distance from the surface, in edges of a cell, up to which a node counts as inside of the body.
 const ON_SURFACE: f64 = 1e-6;
+/// Depth under the surface at which it is carved, in edges of a cell.
+const CARVED_DEPTH: f64 = 1e-5;
 /// Spacing of the points of a triangle at which the tetrahedra it passes through are looked up, in edges of a cell.
 const SPACING: f64 = 0.5;
 
@@ -35,6 +39,8 @@ struct FaceTable {
     is_inside: Vec<bool>,
     /// The surface of the file, for cubes that reach out of it.
     surface: Option<MeshSurface>,
+    /// Vertices of the surface, moved inwards by a little, and positions of the nodes in general position, m; empty where the surface is not carved.
+    carved: [Vec<Vec3>; 2],
     /// Where edges that have been asked for go through it, as a share of the way from the lower node.
     leaves: BTreeMap<[u32; 2], f64>,
 }
@@ -53,20 +59,60 @@ pub(super) struct FailedCells {
 
 /// A place on an edge between two nodes, or at one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::body) struct EdgePlace {
+struct EdgePlace {
     /// The two nodes, the lower number first; at a node twice the same.
-    pub nodes: [u32; 2],
+    nodes: [u32; 2],
     /// Share of the second node, 0 to 1.
-    pub share: f64,
+    share: f64,
+}
+
+/// A place among nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::body) struct NodePlace {
+    /// In the rest shape of the file, m.
+    pub rest: Vec3,
+    /// Up to three nodes.
+    pub nodes: [u32; 3],
+    /// Shares of the nodes; they add up to 1.
+    pub weights: [f64; 3],
+}
+
+impl NodePlace {
+    /// The place, whose position in another field is `of_rest` (m), moved by displacements of its nodes, or at its node.
+    pub fn moved(&self, of_rest: Vec3, at: impl Fn(u32) -> Vec3, displacement: impl Fn(u32) -> Vec3) -> Vec3 {
+        if self.weights[0] == 1.0 {
+            return at(self.nodes[0]);
+        }
+        self.nodes.iter().zip(self.weights).fold(of_rest, |sum, (node, weight)| sum + weight * displacement(*node))
+    }
+}
+
+/// A corner of a triangle that failure has made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::body) enum ExposedCorner {
+    /// A vertex of the surface.
+    Vertex(u32),
+    /// An index of [`BrokenSurface::places`].
+    Place(u32),
+}
+
+/// A triangle that failure has made, counter-clockwise seen from outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::body) struct ExposedTriangle {
+    pub corners: [ExposedCorner; 3],
+    /// The triangle of the surface of which it is a piece; `None` for a part of a face that has come to light.
+    pub of: Option<u32>,
 }
 
 /// What tetrahedra that have failed make of the surface.
 #[derive(Default)]
 pub(in crate::body) struct BrokenSurface {
-    /// Whether each triangle of the surface is gone (t).
+    /// Whether each triangle of the surface is gone, or has come to pieces (t).
     pub is_gone: Vec<bool>,
-    /// Corners of triangles of faces that have come to light, counter-clockwise seen from outside, and the cell each bounds (f).
-    pub exposed: Vec<([EdgePlace; 3], u32)>,
+    /// Vertices of the triangles that failure has made.
+    pub places: Vec<NodePlace>,
+    /// Triangles that failure has made, first pieces of triangles of the surface, then faces that have come to light.
+    pub exposed: Vec<ExposedTriangle>,
 }
 
 impl Lattice {
@@ -141,7 +187,7 @@ impl Lattice {
     }
 
     /// The vertex of the surface at each active node (n); empty for a grid, whose nodes are not vertices.
-    pub(in crate::body) fn vertices_of_nodes(&self) -> Vec<Option<u32>> {
+    fn vertices_of_nodes(&self) -> Vec<Option<u32>> {
         let Some(cells) = self.source.tetrahedra() else { return Vec::new() };
         let vertices = cells.mesh().vertices();
         let vertex_of = |node: &u64| vertices.binary_search(&(*node as u32)).ok().map(|vertex| vertex as u32);
@@ -200,29 +246,89 @@ impl Lattice {
         let passed = |t: usize| &table.passes[table.starts[t] as usize..table.starts[t + 1] as usize];
         let is_gone = |t: usize| passed(t).iter().any(|tetrahedron| has_failed[*tetrahedron as usize]);
         let is_gone = (0..table.triangles).map(is_gone).collect();
-        let mut exposed = Vec::new();
         let per_cell = self.tetrahedra_per_cell() as u32;
-        let mut leaves = std::mem::take(&mut table.leaves);
+        // Faces between one that is left and one that is not, and the cell of the first.
+        let (mut faces, mut cells) = (Vec::new(), Vec::new());
         for (tetrahedron, others) in table.neighbours.iter().enumerate().filter(|(e, _)| !has_failed[*e]) {
             for (face, other) in FACES.iter().zip(others) {
                 if *other != NO_NEIGHBOUR && has_failed[*other as usize] {
-                    let corners = face.map(|corner| nodes[tetrahedron][corner]);
-                    let cell = tetrahedron as u32 / per_cell;
-                    let polygon = self.clip(&table, corners, &mut leaves);
-                    exposed.extend((2..polygon.len()).map(|i| ([polygon[0], polygon[i - 1], polygon[i]], cell)));
+                    faces.push(face.map(|corner| nodes[tetrahedron][corner]));
+                    cells.push(tetrahedron as u32 / per_cell);
                 }
             }
         }
-        table.leaves = leaves;
-        self.failed.table = Some(table);
-        for (_, cell) in &exposed {
+        for cell in cells {
             // Contact looks for the surface in cells of this state alone.
-            let state = &mut self.region.cell_state[*cell as usize];
+            let state = &mut self.region.cell_state[cell as usize];
             if u32::from(*state) != abi::CELL_SURFACE {
-                self.failed.exposed.push((*cell, std::mem::replace(state, abi::CELL_SURFACE as u8)));
+                self.failed.exposed.push((cell, std::mem::replace(state, abi::CELL_SURFACE as u8)));
             }
         }
-        Ok(BrokenSurface { is_gone, exposed })
+        let broken = match table.carved[0].is_empty() {
+            true => self.clip_faces(&mut table, &faces, is_gone),
+            false => self.carve(&table, &faces, model),
+        };
+        self.failed.table = Some(table);
+        Ok(broken)
+    }
+
+    /// The surface carved by faces: closed, as it was.
+    fn carve(&self, table: &FaceTable, faces: &[[u32; 3]], model: &Model) -> BrokenSurface {
+        let has_failed = |e: &u32| self.failed.has_failed[*e as usize];
+        let passed = |t: u32| &table.passes[table.starts[t as usize] as usize..table.starts[t as usize + 1] as usize];
+        let triangles = &model.surface.triangles;
+        let [points, nodes] = &table.carved;
+        let carved = Carving { points, triangles, nodes, faces, spacing: self.edge() }
+            .carve(|node| table.is_inside[node as usize], |t| passed(t).iter().any(has_failed));
+        let mut places: Vec<NodePlace> = Vec::with_capacity(carved.crossings.len());
+        for Crossing { vertices, vertex_weights, nodes, node_weights } in &carved.crossings {
+            let shares = vertices.iter().zip(vertex_weights);
+            let rest = shares.map(|(v, w)| *w * model.surface.points[*v as usize]).sum();
+            places.push(NodePlace { rest, nodes: *nodes, weights: *node_weights });
+        }
+        let mut at_node: BTreeMap<u32, u32> = BTreeMap::new();
+        let mut corner = |corner: Corner| match corner {
+            Corner::Vertex(vertex) => ExposedCorner::Vertex(vertex),
+            Corner::Crossing(crossing) => ExposedCorner::Place(crossing),
+            Corner::Node(node) => ExposedCorner::Place(*at_node.entry(node).or_insert_with(|| {
+                places.push(NodePlace { rest: self.grid_rest(node), nodes: [node; 3], weights: [1.0, 0.0, 0.0] });
+                places.len() as u32 - 1
+            })),
+        };
+        let of_surface = carved.pieces.iter().map(|(t, corners)| (Some(*t), corners));
+        let all = of_surface.chain(carved.faces.iter().map(|(_, corners)| (None, corners)));
+        let exposed = all.map(|(of, corners)| ExposedTriangle { corners: corners.map(&mut corner), of }).collect();
+        BrokenSurface { is_gone: carved.left.iter().map(|left| *left != Left::Whole).collect(), places, exposed }
+    }
+
+    /// Faces clipped at the surface of the file, where there is one, beside the triangles that are left.
+    fn clip_faces(&self, table: &mut FaceTable, faces: &[[u32; 3]], is_gone: Vec<bool>) -> BrokenSurface {
+        let mut leaves = std::mem::take(&mut table.leaves);
+        let vertex_of_node = self.vertices_of_nodes();
+        // By their bits, so that faces with a common edge have common vertices.
+        let mut known: BTreeMap<([u32; 2], u64), u32> = BTreeMap::new();
+        let (mut places, mut exposed) = (Vec::new(), Vec::new());
+        let mut corner = |EdgePlace { nodes, share }: EdgePlace| {
+            let of_node = vertex_of_node.get(nodes[0] as usize).copied().flatten();
+            if let Some(vertex) = of_node.filter(|_| nodes[0] == nodes[1]) {
+                return ExposedCorner::Vertex(vertex);
+            }
+            ExposedCorner::Place(*known.entry((nodes, share.to_bits())).or_insert_with(|| {
+                let [a, b] = nodes.map(|node| self.grid_rest(node));
+                let weights = [1.0 - share, share, 0.0];
+                places.push(NodePlace { rest: a.lerp(&b, share), nodes: [nodes[0], nodes[1], nodes[1]], weights });
+                places.len() as u32 - 1
+            }))
+        };
+        for face in faces {
+            let polygon = self.clip(table, *face, &mut leaves);
+            for i in 2..polygon.len() {
+                let corners = [polygon[0], polygon[i - 1], polygon[i]].map(&mut corner);
+                exposed.push(ExposedTriangle { corners, of: None });
+            }
+        }
+        table.leaves = leaves;
+        BrokenSurface { is_gone, places, exposed }
     }
 
     /// The part of a face that is inside of the body, as a polygon.
@@ -293,10 +399,17 @@ impl Lattice {
         }
         // The tetrahedra of a file end at its surface; one that is open has no inside.
         let is_of_file = self.source.tetrahedra().is_some();
-        let surface = if is_of_file { None } else { MeshSurface::new(&model.surface, 0.0).ok() };
+        let carved = if is_of_file || self.has_cuts() { Default::default() } else { self.carved_points(model) };
+        let moved = Surface { points: carved[0].clone(), ..model.surface.clone() };
+        let judged = if carved[0].is_empty() { &model.surface } else { &moved };
+        let surface = if is_of_file { None } else { MeshSurface::new(judged, 0.0).ok() };
+        // An open surface has no inside to be carved.
+        let carved = if surface.is_some() { carved } else { Default::default() };
         let is_inside = surface.as_ref().map_or_else(Vec::new, |surface| {
             let nodes = 0..self.region.node_id.len() as u32;
-            nodes.map(|n| surface.nearest(self.grid_rest(n)).distance <= ON_SURFACE * self.edge()).collect()
+            let place = |n: u32| carved[1].get(n as usize).copied().unwrap_or_else(|| self.grid_rest(n));
+            let margin = if carved[1].is_empty() { ON_SURFACE * self.edge() } else { 0.0 };
+            nodes.map(|n| surface.nearest(place(n)).distance <= margin).collect()
         });
         Ok(FaceTable {
             nodes: nodes.to_vec(),
@@ -306,8 +419,26 @@ impl Lattice {
             starts,
             is_inside,
             surface,
+            carved,
             leaves: BTreeMap::new(),
         })
+    }
+
+    /// Vertices of the surface and positions of the nodes by which it is carved, m. Vertices are a little inside of the surface: where it lies in a plane of nodes, the
+    /// cells inside of it carry it.
+    fn carved_points(&self, model: &Model) -> [Vec<Vec3>; 2] {
+        let surface = &model.surface;
+        let mut normals = vec![Vec3::zeros(); surface.points.len()];
+        for corners in &surface.triangles {
+            let [a, b, c] = corners.map(|v| surface.points[v as usize]);
+            corners.iter().for_each(|v| normals[*v as usize] += (b - a).cross(&(c - a)));
+        }
+        let inside = |(point, normal): (&Vec3, &Vec3)| {
+            point - CARVED_DEPTH * self.edge() * normal.try_normalize(0.0).unwrap_or_default()
+        };
+        let ids = self.region.node_id.iter().zip(0..);
+        let nodes = ids.map(|(id, node)| jitter(self.grid_rest(node), *id, self.edge())).collect();
+        [surface.points.iter().zip(&normals).map(inside).collect(), nodes]
     }
 
     /// Lists the tetrahedra that a triangle (m) passes through: those under its centroid, and of cubes those at points all over it.

@@ -67,12 +67,12 @@ impl CollisionSurface {
                     let mean = carriers.clone().fold(Vec3::zeros(), |sum, (n, w)| sum + w * nodes.rest[n as usize]);
                     vertex_of[vertex as usize] = surface.add_vertex(carriers, settled[vertex as usize] - mean);
                 })?;
-                // Vertices of faces that have come to light lie on edges between two nodes.
+                // Vertices of faces that have come to light lie on edges and faces between nodes.
                 let exposed = body.failed_triangles.exposed();
                 for (vertex, carriers) in exposed.vertices().zip(exposed.carriers()) {
                     let mean = carriers.iter().map(|(n, w)| *w * nodes.rest[*n as usize]).sum::<Vec3>();
-                    vertex_of[vertex as usize] =
-                        surface.add_vertex(carriers.into_iter(), settled[vertex as usize] - mean);
+                    vertex_of[vertex as usize] = surface
+                        .add_vertex(carriers.into_iter().filter(|(_, w)| *w != 0.0), settled[vertex as usize] - mean);
                 }
                 for corners in triangles.map(|t| model.surface.triangles[t as usize]) {
                     for v in corners {
