@@ -33,6 +33,11 @@ pub(super) struct Meetings {
     /// What contact did in the last step.
     outcome: Outcome,
     responses: Vec<ResponseState>,
+    /// Forces of contact on the nodes of each body in the last step, N (n x 3), or empty for none: the next step begins with them, so that what holds the
+    /// body feels them.
+    forces: Vec<Vec<Vec3>>,
+    /// Whether each body has moved under them.
+    is_loaded: Vec<bool>,
     /// Buffer of [`Session::resolve_meetings`].
     members: Vec<usize>,
 }
@@ -57,7 +62,14 @@ impl Meetings {
         if pairs.is_empty() {
             return Self::default();
         }
-        Self { pairs, collisions: BodyCollisions::new(of.len()), near: vec![false; of.len()], ..Self::default() }
+        Self {
+            pairs,
+            collisions: BodyCollisions::new(of.len()),
+            near: vec![false; of.len()],
+            forces: vec![Vec::new(); of.len()],
+            is_loaded: vec![false; of.len()],
+            ..Self::default()
+        }
     }
 
     /// Adapts to other bodies, of which each is a part of the body of the scene in `roots`, or that body. Parts meet what the whole meets, and not each other: they lie
@@ -91,7 +103,21 @@ impl Meetings {
     /// Forgets what follows from the nodes and the surface of a body, after a change of them.
     pub(super) fn changed(&mut self, body: usize) {
         self.collisions.invalidate(body);
+        self.forces.iter_mut().skip(body).take(1).for_each(Vec::clear);
         self.pairs.iter_mut().filter(|pair| pair.bodies.contains(&body)).for_each(|pair| pair.slack = 0.0);
+    }
+
+    /// Forces of contact under which a body with `nodes` nodes is to move, N (n x 3); empty for none, and for a sheet that meets itself, whose
+    /// contacts come and go.
+    pub(super) fn load(&mut self, body: usize, nodes: usize) -> &[Vec3] {
+        let meets_itself = self.pairs.iter().any(|pair| pair.bodies == [body; 2]);
+        match self.forces.get(body) {
+            Some(forces) if self.near[body] && !meets_itself && forces.len() == nodes => {
+                self.is_loaded[body] = true;
+                forces
+            }
+            _ => &[],
+        }
     }
 
     /// Impulse of other bodies on a body in the last step, N s.
@@ -124,6 +150,7 @@ impl Session {
         let mut meetings = std::mem::take(&mut self.meetings);
         meetings.collisions.begin();
         meetings.near.fill(false);
+        meetings.is_loaded.fill(false);
         let fall = 2.0 * time.dt * time.dt * self.plan.gravity.norm();
         for pair in &mut meetings.pairs {
             let [i, j] = pair.bodies;
@@ -182,7 +209,7 @@ impl Session {
         members.extend(meetings.pairs.iter().filter(|pair| pair.is_near).flat_map(|pair| pair.bodies));
         members.sort_unstable();
         members.dedup();
-        members.retain(|&index| self.prepare_member(&mut meetings.collisions, index, time));
+        members.retain(|&index| self.prepare_member(&mut meetings, index, time));
         let place = |body: usize| members.binary_search(&body).ok();
         let mut has_pairs = false;
         for pair in meetings.pairs.iter().filter(|pair| pair.is_near) {
@@ -194,8 +221,14 @@ impl Session {
                 has_pairs = true;
             }
         }
-        if has_pairs {
+        if has_pairs || members.iter().any(|index| meetings.is_loaded[*index]) {
             self.resolve_collisions(&mut meetings, &members, time);
+        }
+        for (index, forces) in meetings.forces.iter_mut().enumerate() {
+            match place(index).filter(|_| has_pairs && self.limits.scheme.is_implicit()) {
+                Some(member) => meetings.collisions.forces(member, time.dt, forces),
+                None => forces.clear(),
+            }
         }
         for &index in &members {
             if !self.stands(index) {
@@ -213,7 +246,8 @@ impl Session {
     }
 
     /// Adds a body to those that may meet. Returns whether its surface could be made.
-    fn prepare_member(&mut self, collisions: &mut BodyCollisions, index: usize, time: StepTime) -> bool {
+    fn prepare_member(&mut self, meetings: &mut Meetings, index: usize, time: StepTime) -> bool {
+        let Meetings { collisions, forces, is_loaded, .. } = meetings;
         if self.bodies[index].system.nodes.is_empty() {
             return false;
         }
@@ -224,7 +258,8 @@ impl Session {
         let stands = self.stands(index);
         let obstacles = self.obstacles.contacts.get(index).into_iter().flat_map(|contacts| contacts.held());
         let tips = self.sheet_tips[index].held().map(|node| (node, Constraint::Fixed));
-        collisions.add_member(index, &self.bodies[index], time.dt, stands, obstacles.chain(tips));
+        let predicted = if is_loaded[index] { &forces[index][..] } else { &[] };
+        collisions.add_member((index, &self.bodies[index]), time.dt, stands, obstacles.chain(tips), predicted);
         true
     }
 

@@ -287,7 +287,9 @@ impl Session {
         self.place_obstacles(index, time);
         let body = &mut self.bodies[index];
         let gravity = if body.discretization.is_whole() { self.plan.gravity } else { Vec3::zeros() };
-        let loads = Loads { gravity, forces: &[], tools: &self.scratch.springs };
+        let is_single = substeps == 1 && self.limits.scheme.is_implicit();
+        let forces = if is_single { self.meetings.load(index, body.system.nodes.len()) } else { &[] };
+        let loads = Loads { gravity, forces, tools: &self.scratch.springs };
         let elements = body.system.elements();
         let integrator = &mut self.integrators[index];
         let tips = &mut self.sheet_tips[index];

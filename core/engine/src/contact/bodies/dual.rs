@@ -9,9 +9,9 @@
 //! O'Donoghue and Candes 2015; Mazhar, Heyn, Negrut and Tasora 2015), in variables scaled by the diagonal of J A^-1 J^T. The radius of the friction disc is that of
 //! the newest normal impulse, so sliding contacts do not part as those of the associated cone do.
 
-use super::Compliance;
 use super::contact::ContactSet;
 use super::nodes::MeetingNodes;
+use super::{Compliance, RECOVERY_TIME};
 use pliant_solver::Vec3;
 use std::ops::Range;
 
@@ -21,8 +21,10 @@ const MAX_ITERATIONS: usize = 300;
 const TOLERANCE: f64 = 0.01;
 /// The same as a way in the step, as a fraction of the gap that surfaces keep: detection stops features at a tenth of the gap.
 const TOLERANCE_OF_GAP: f64 = 0.25;
-/// Work that contacts do which part, as a fraction of the energy that impulses took.
-const TOLERANCE_OF_ENERGY: f64 = 1e-3;
+/// Velocity at which contacts that push may part on average, as a fraction of the fastest approach without contact.
+const TOLERANCE_OF_WORK: f64 = 1e-3;
+/// Depth by which surfaces at rest are nearer than their gap, as a fraction of it.
+const TOLERANCE_AT_REST: f64 = 0.1;
 /// Relative tolerance of the solve for each body.
 const RESPONSE_TOLERANCE: f64 = 1e-5;
 /// Growth of the step length from one iteration to the next.
@@ -30,9 +32,8 @@ const GROWTH: f64 = 1.05;
 /// Margin of a step length below the largest that the last step allows.
 const MARGIN: f64 = 0.9;
 
-/// Most times that a step is shortened in an iteration, and the least factor of each.
-const MAX_SHRINKS: usize = 6;
-const LEAST_SHRINK: f64 = 0.2;
+/// Most times that a step is shortened in an iteration.
+const MAX_SHRINKS: usize = 30;
 /// Part of the static friction from which on it is fully used.
 const FULL: f64 = 0.999;
 
@@ -86,7 +87,7 @@ impl DualSolver {
         let mut report = DualReport::default();
         self.free.clear();
         self.free.extend(set.contacts.iter().map(|contact| set.velocities(contact, free)));
-        let tolerance = self.approach_tolerance(set, dt);
+        let tolerances = self.approach_tolerances(set, dt);
         for contact in &mut set.contacts {
             contact.slides = false;
         }
@@ -104,8 +105,8 @@ impl DualSolver {
             self.last_impulse.extend(set.contacts.iter().map(|contact| contact.impulse));
             std::mem::swap(&mut self.last, &mut self.now);
             self.descend(set, nodes, members, bodies, &mut report);
-            if self.has_converged(set, tolerance) {
-                if !self.let_slide(set, tolerance) {
+            if self.has_converged(set, tolerances) {
+                if !self.let_slide(set, tolerances[0]) {
                     report.converged = true;
                     break;
                 }
@@ -137,12 +138,19 @@ impl DualSolver {
         report
     }
 
-    /// Approach of a contact that counts as none, m/s.
-    fn approach_tolerance(&self, set: &ContactSet, dt: f64) -> f64 {
+    /// Approach of a contact that counts as none, and velocity at which contacts that push may part on average, m/s.
+    fn approach_tolerances(&self, set: &ContactSet, dt: f64) -> [f64; 2] {
         let each = set.contacts.iter().zip(&self.free).map(|(contact, u)| (contact.data.bound - u[0]).max(0.0));
         let fastest = each.fold(0.0, f64::max);
         let thinnest = set.contacts.iter().map(|contact| contact.data.thickness).fold(f64::INFINITY, f64::min);
-        (TOLERANCE * fastest).min(TOLERANCE_OF_GAP * thinnest / dt)
+        let rest = self.rest_tolerance(set);
+        [(TOLERANCE * fastest).max(rest).min(TOLERANCE_OF_GAP * thinnest / dt), (TOLERANCE_OF_WORK * fastest).max(rest)]
+    }
+
+    /// Approach that counts as none however slow contacts are, m/s: surfaces part as fast when they are nearer than their gap by a small part of it.
+    fn rest_tolerance(&self, set: &ContactSet) -> f64 {
+        let thinnest = set.contacts.iter().map(|contact| contact.data.thickness).fold(f64::INFINITY, f64::min);
+        if thinnest.is_finite() { TOLERANCE_AT_REST * thinnest / RECOVERY_TIME } else { 0.0 }
     }
 
     /// Gradient of the dual energy at the extrapolated iterate, m/s.
@@ -180,12 +188,11 @@ impl DualSolver {
                     squared += contact.scale * by * by;
                 }
             }
-            // Where impulses hardly change, the tolerance of the responses is all of the curvature.
             let is_short = curvature * self.length <= squared * (1.0 + 1e-6);
             if is_short || !curvature.is_finite() {
                 return;
             }
-            self.length = (MARGIN * squared / curvature).max(LEAST_SHRINK * self.length);
+            self.length = MARGIN * squared / curvature;
         }
     }
 
@@ -203,6 +210,7 @@ impl DualSolver {
             field.resize(nodes.len(), Vec3::zeros());
         }
         set.add_impulses(&mut self.impulses);
+        self.impulses.iter_mut().zip(&nodes.predicted).for_each(|(p, predicted)| *p -= predicted);
         for DualMember { body, nodes: range, is_moved } in members {
             let impulses = &self.impulses[range.clone()];
             if !is_moved || impulses.iter().all(|p| *p == Vec3::zeros()) {
@@ -223,21 +231,21 @@ impl DualSolver {
         self.now.extend(set.contacts.iter().map(|contact| set.velocities(contact, &self.changes)));
     }
 
-    /// Whether no contact approaches faster than `tolerance` (m/s), and those that part do no work to speak of.
-    fn has_converged(&self, set: &ContactSet, tolerance: f64) -> bool {
-        let (mut approach, mut work, mut energy) = (0.0_f64, 0.0, 0.0);
+    /// Whether no contact approaches faster than the first tolerance, and those that push part on average no faster than the second (m/s).
+    fn has_converged(&self, set: &ContactSet, [tolerance, parting]: [f64; 2]) -> bool {
+        let (mut approach, mut work, mut allowed) = (0.0_f64, 0.0, 0.0);
         for (c, contact) in set.contacts.iter().enumerate() {
             let parts = self.free[c][0] + self.now[c][0] - contact.data.bound;
             approach = approach.max(-parts);
             work += contact.impulse[0] * parts.max(0.0);
-            energy += 0.5 * (0..3).map(|k| contact.impulse[k] * self.now[c][k]).sum::<f64>();
+            allowed += contact.impulse[0] * parting;
             // Friction that has not come to rest, or does not oppose the sliding.
             let slide = [self.free[c][1] + self.now[c][1], self.free[c][2] + self.now[c][2]];
             let along = contact.impulse[1] * slide[0] + contact.impulse[2] * slide[1];
             let radius = contact.data.friction[usize::from(contact.slides)] * contact.impulse[0];
             work += radius * length(slide) + along;
         }
-        approach <= tolerance && work <= TOLERANCE_OF_ENERGY * energy
+        approach <= tolerance && work <= allowed
     }
 
     /// Lets contacts slide whose static friction does not hold them. Returns whether there are any new ones.

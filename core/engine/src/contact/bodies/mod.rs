@@ -62,6 +62,9 @@ const LEAST: f64 = 0.1;
 const NEAR: f64 = 2.0;
 /// Distance within which features are listed, in gaps; what an impulse moves by the rest is found anew.
 const LISTED: f64 = 3.0;
+/// Time in which surfaces that are nearer than their gap part, s. It is long beside a step, so that parting does next to no work.
+const RECOVERY_TIME: f64 = 0.1;
+
 /// A body in the present step.
 #[derive(Clone, Copy, Debug)]
 struct Member {
@@ -139,6 +142,8 @@ pub struct BodyCollisions {
     /// `to` when candidates were listed, m.
     listed: Vec<Vec3>,
     candidates: Vec<Candidate>,
+    /// Sums of impulses on the nodes, N s (n x 3).
+    sums: Vec<Vec3>,
     /// Contacts of the implicit solve.
     set: ContactSet,
     dual: DualSolver,
@@ -218,14 +223,14 @@ impl BodyCollisions {
     }
 
     /// Adds a body to those that may meet in the step of `dt` (s) that has just been taken. `held` are nodes that tools or obstacles hold; nothing moves a body
-    /// that `stands`.
+    /// that `stands`. Its step had the forces `predicted` (N, n x 3; empty for none) in it, which those of contact replace.
     pub fn add_member(
         &mut self,
-        index: usize,
-        body: &Body,
+        (index, body): (usize, &Body),
         dt: f64,
         stands: bool,
         held: impl Iterator<Item = (u32, Constraint)>,
+        predicted: &[Vec3],
     ) {
         let from = &body.system.nodes;
         let vertex =
@@ -255,6 +260,8 @@ impl BodyCollisions {
             (_, inverse) => inverse,
         }));
         all.constraint.extend_from_slice(&from.constraint);
+        all.predicted.extend(predicted.iter().map(|force| dt * force));
+        all.predicted.resize(node + from.len(), Vec3::zeros());
         for (held, constraint) in held {
             let i = node + held as usize;
             if constraint == Constraint::Fixed {
@@ -279,6 +286,19 @@ impl BodyCollisions {
         let count = nodes.len();
         nodes.x.copy_from_slice(&self.nodes.x[first..first + count]);
         nodes.v.copy_from_slice(&self.nodes.v[first..first + count]);
+    }
+
+    /// Forces of the contacts of the step of `dt` (s) on the nodes of a body, by its place among the members, to `forces` (N, n x 3).
+    pub fn forces(&mut self, member: usize, dt: f64, forces: &mut Vec<Vec3>) {
+        if member == 0 {
+            self.sums.clear();
+            self.sums.resize(self.nodes.len(), Vec3::zeros());
+            self.set.add_impulses(&mut self.sums);
+        }
+        let first = self.members[member].node as usize;
+        let end = self.members.get(member + 1).map_or(self.nodes.len(), |next| next.node as usize);
+        forces.clear();
+        forces.extend(self.sums[first..end].iter().map(|impulse| impulse / dt));
     }
 
     /// Memory, bytes.

@@ -15,6 +15,8 @@ pub(super) struct MeetingNodes {
     pub inverse_mass: Vec<f64>,
     /// About the velocity change of each node for an impulse of 1 N s in a step, 1/kg (n): by its mass and the stiffness around it.
     pub scale: Vec<f64>,
+    /// Impulses that each node has had in its body's own step for the contact of the step before, N s (n x 3).
+    pub predicted: Vec<Vec3>,
     /// Directions that are free (n).
     pub constraint: Vec<Constraint>,
 }
@@ -27,6 +29,7 @@ impl MeetingNodes {
         self.v.clear();
         self.inverse_mass.clear();
         self.scale.clear();
+        self.predicted.clear();
         self.constraint.clear();
     }
 

@@ -4,7 +4,7 @@ use super::candidates::{find_impacts, first_impacts, list};
 use super::contact::{ContactData, feature_key};
 use super::dual::DualMember;
 use super::features::{Gap, Kind, gap};
-use super::{BodyCollisions, Candidate, Compliance, LISTED, Member, NEAR, Outcome, zones};
+use super::{BodyCollisions, Candidate, Compliance, LISTED, Member, NEAR, Outcome, RECOVERY_TIME, zones};
 use crate::body::DisjointSets;
 use pliant_solver::Vec3;
 
@@ -16,8 +16,6 @@ const MAX_ROUNDS: usize = 30;
 const MAX_ZONE_ROUNDS: usize = 50;
 /// Least part of a step that is left when an impulse acts: what closes later closes by rounding.
 const LEAST_REMAINING: f64 = 1e-3;
-/// Time in which surfaces that are nearer than their gap part, s. It is long beside a step, so that parting does next to no work.
-const RECOVERY_TIME: f64 = 0.1;
 
 impl BodyCollisions {
     /// Takes collisions within the step of `dt` (s) away.
@@ -32,7 +30,8 @@ impl BodyCollisions {
         self.update_ends();
         self.list_candidates();
         outcome.candidates = self.candidates.len();
-        if self.candidates.is_empty() {
+        self.set.clear();
+        if self.candidates.is_empty() && !self.has_predicted() {
             self.warm_start.clear();
             return outcome;
         }
@@ -58,7 +57,6 @@ impl BodyCollisions {
 
     /// Rounds of the implicit solve, each with the contacts of the round before and those of the impacts that it left. Returns whether no impact is left.
     fn solve_implicit(&mut self, dt: f64, bodies: &mut dyn Compliance, outcome: &mut Outcome) -> bool {
-        self.set.clear();
         self.free.0.clone_from(&self.nodes.x);
         self.free.1.clone_from(&self.nodes.v);
         let members: Vec<DualMember> = (0..self.members.len())
@@ -86,7 +84,8 @@ impl BodyCollisions {
                 self.add_first_impacts(dt);
             }
             self.warm_start.apply(&mut self.set, if solve == 0 { 0 } else { first });
-            if self.set.is_empty() || (solve > 0 && self.set.contacts.len() == first) {
+            let is_idle = self.set.is_empty() && !self.has_predicted();
+            if is_idle || (solve > 0 && self.set.contacts.len() == first) {
                 break;
             }
             let report = self.dual.solve(&mut self.set, (&self.nodes, &self.free.1), &members, bodies, dt);
@@ -115,6 +114,11 @@ impl BodyCollisions {
             totals[bodies[1] as usize] -= impulse;
         });
         is_clear
+    }
+
+    /// Whether a node has had an impulse for the contact of the step before.
+    fn has_predicted(&self) -> bool {
+        self.nodes.predicted.iter().any(|p| *p != Vec3::zeros())
     }
 
     /// Adds the contacts of the first impacts of features, with the geometry at the time of each.
