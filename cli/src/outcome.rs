@@ -53,7 +53,7 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// Unusable input.
+    /// The failure of unusable input, with the sentence that tells what is wrong and what is allowed.
     pub fn input(text: impl Display) -> Self {
         Self { outcome: Outcome::Input, text: text.to_string() }
     }

@@ -25,7 +25,7 @@ pub(super) const PUBLISH_PERIOD: Duration = Duration::from_millis(8);
 pub struct View {
     /// Counts views; 0 before the first.
     pub number: u64,
-    /// s, simulated
+    /// Simulated time of the view, s.
     pub time: f64,
     /// s, simulated time that was given up
     pub lost_time: f64,

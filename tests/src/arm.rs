@@ -13,13 +13,13 @@ const STEP: f64 = 2e-5;
 /// What does not change.
 #[derive(Clone)]
 pub struct ArmModel {
-    /// Hz
+    /// Rate of the servo loop, Hz.
     pub rate: f64,
     /// kg, arm and hand
     pub mass: f64,
     /// N s/m, of the arm
     pub damping: f64,
-    /// m
+    /// Least way that the encoders tell, m.
     pub resolution: f64,
     /// N, and N for as long as one likes
     pub peak: (f64, f64),
@@ -34,13 +34,13 @@ pub struct ArmModel {
 /// What a test may look at.
 #[derive(Clone, Debug, Default)]
 pub struct ArmState {
-    /// m
+    /// Position of the tip, m.
     pub position: Vec3,
-    /// m/s
+    /// Velocity of the tip, m/s.
     pub velocity: Vec3,
-    /// N, rendered
+    /// Force that is rendered, N.
     pub force: Vec3,
-    /// ns
+    /// Time until which the force holds, ns.
     pub valid_until: u64,
     /// J, the rendered force has given so far
     pub given: f64,

@@ -40,7 +40,7 @@ impl Bout {
         Self { session, servo, port, arms, tick: 0 }
     }
 
-    /// s
+    /// Time since the servo began, s.
     pub fn time(&self) -> f64 {
         self.tick as f64 / self.servo.rate()
     }

@@ -10,7 +10,7 @@ use std::fmt::Write;
 /// The patterns of reference cases.
 pub const PATTERNS: [Pattern; 4] = [Pattern::Regular, Pattern::Alternating, Pattern::Equilateral, Pattern::Irregular];
 
-/// m/s^2
+/// Acceleration of gravity, m/s^2.
 pub const G: f64 = 9.81;
 
 /// A flat sheet of triangles in the plane z = 0. Equilateral ones have as many rows as make them so.
@@ -28,11 +28,11 @@ pub struct Piece {
     pub session: Session,
     /// How it moves.
     pub integrator: Integrator,
-    /// m/s^2
+    /// Acceleration of gravity on the piece, m/s^2.
     pub gravity: Vec3,
     /// N (n x 3), or empty
     pub forces: Vec<Vec3>,
-    /// s
+    /// Simulated time so far, s.
     pub time: f64,
 }
 

@@ -100,11 +100,11 @@ pub struct Bench {
 
 /// How a run of the program ended.
 pub struct Ran {
-    /// Exit code.
+    /// Exit code of the program.
     pub code: i32,
-    /// Standard output.
+    /// What it wrote to standard output.
     pub out: String,
-    /// Standard error.
+    /// What it wrote to standard error.
     pub err: String,
 }
 

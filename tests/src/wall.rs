@@ -7,7 +7,7 @@ use pliant_mesh::geometry::Vec3;
 
 /// A wall and who leans on it.
 pub struct Wall {
-    /// Hz
+    /// Rate of the servo loop, Hz.
     pub rate: f64,
     /// N s/m, of the device
     pub damping: f64,

@@ -156,7 +156,7 @@ pub struct Opened {
     pub session: Session,
     /// What was opened, with the window's hand.
     pub scene: Scene,
-    /// Its text.
+    /// Text of the scene, for error messages that name its lines.
     pub source: Source,
     /// Model in the place of the scene's first.
     pub mesh: Option<PathBuf>,

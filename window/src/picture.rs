@@ -25,7 +25,7 @@ pub struct VertexPlace {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct VertexLook {
-    /// Texture coordinates.
+    /// Texture coordinates u and v, 0 to 1 over the image.
     pub texture: [f32; 2],
     /// One of [`PLAIN`], [`CUT`], or 2 + the index of a material.
     pub material: u32,
@@ -39,9 +39,9 @@ pub const CUT: u32 = 1;
 /// Items to put at a place of a buffer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch<T> {
-    /// First item.
+    /// Index of the first item that is replaced.
     pub first: usize,
-    /// The items.
+    /// The items from there on, in order.
     pub items: Vec<T>,
 }
 
@@ -54,9 +54,9 @@ pub struct Upload {
     pub vertices: usize,
     /// Triangles there are now.
     pub triangles: usize,
-    /// Places.
+    /// Changed positions and normals, by ranges of vertices.
     pub places: Vec<Patch<VertexPlace>>,
-    /// Looks.
+    /// Changed colours and values, by ranges of vertices.
     pub looks: Vec<Patch<VertexLook>>,
     /// Corners of triangles.
     pub corners: Vec<Patch<[u32; 3]>>,

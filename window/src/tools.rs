@@ -4,7 +4,7 @@ use pliant_editor::{Gesture, PaintStroke, has_release, opposite_kind, stroke_but
 use pliant_engine::edit::{EditKind, KINDS};
 use pliant_engine::scene::Release;
 
-/// A tool.
+/// A tool of the tool bar: what a stroke with it does.
 #[derive(Clone, Copy, Debug)]
 pub struct ToolKind {
     /// The edit kind.

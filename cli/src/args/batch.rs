@@ -137,7 +137,7 @@ pub struct ScriptArgs {
     pub program: Option<PathBuf>,
 }
 
-/// The engines.
+/// Schedulers and workflow engines for which `batch script` writes a launcher.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum EngineArg {
     /// A Slurm job array

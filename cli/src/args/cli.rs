@@ -37,7 +37,7 @@ pub struct Cli {
     pub command: Command,
 }
 
-/// The verbs.
+/// The commands of the program, one for each verb of the command line.
 #[derive(Subcommand)]
 pub enum Command {
     /// Run the edits of a scene and write the deformed model and the numbers

@@ -25,7 +25,7 @@ pub struct Edit {
 
 /// An edit with its scene read.
 pub struct Resolved {
-    /// The edit.
+    /// The edit as the sweep lists it, with its parameters.
     pub edit: Edit,
     /// Digest that the edit is known by.
     pub key: EditKey,

@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error("cut refused: {reason}: {entity}, {value}")]
 pub struct Refused {
-    /// Reason.
+    /// Why the advance is impossible.
     pub reason: Refusal,
     /// The entity at fault, for messages.
     pub entity: &'static str,

@@ -16,7 +16,7 @@ pub struct Parts {
 pub struct Part {
     /// Number of triangles.
     pub triangles: usize,
-    /// Area, m^2.
+    /// Sum of the areas of its triangles, m^2.
     pub area: f64,
     /// Volume, m^3; meaningful for closed components alone.
     pub volume: f64,

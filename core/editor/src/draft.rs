@@ -46,7 +46,7 @@ pub struct Draft {
     pub subdivide: bool,
     /// Material of the body.
     pub material: DraftMaterial,
-    /// Step, s.
+    /// Size of a step of simulated time, s.
     pub dt: f64,
 }
 

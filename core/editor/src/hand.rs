@@ -23,7 +23,7 @@ pub enum Gesture {
 /// A ray of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointerRay {
-    /// Origin, m.
+    /// Point from which the ray starts, m.
     pub origin: Vec3,
     /// Unit direction, away from the viewer.
     pub direction: Vec3,
@@ -32,7 +32,7 @@ pub struct PointerRay {
 /// Intersection of a ray with the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// m
+    /// Point of the surface in the scene, m.
     pub point: Vec3,
     /// Unit outward normal.
     pub normal: Vec3,
@@ -41,7 +41,7 @@ pub struct SurfacePoint {
 /// Pose of a hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandPlace {
-    /// m
+    /// Position of the hand in the scene, m.
     pub position: Vec3,
     /// Rotation from axes of the hand to those of the scene; z points towards the viewer.
     pub rotation: UnitQuaternion<f64>,

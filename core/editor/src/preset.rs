@@ -11,7 +11,7 @@ pub struct SolidPreset {
     pub young: f64,
     /// Poisson's ratio at small strains; ignored by materials without that parameter.
     pub poisson: f64,
-    /// Density, kg/m^3.
+    /// Mass per volume at rest, kg/m^3.
     pub density: f64,
     /// Damping time, the ratio of viscosity to stiffness, s.
     pub damping_time: f64,

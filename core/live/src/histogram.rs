@@ -64,13 +64,13 @@ impl Histogram {
 /// Percentiles of a set of times.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Percentiles {
-    /// Median, s.
+    /// Median of the durations, s.
     pub p50: f64,
     /// 99th percentile, s.
     pub p99: f64,
     /// 99.9th percentile, s.
     pub p999: f64,
-    /// Maximum, s.
+    /// Longest of the durations, s.
     pub max: f64,
 }
 

@@ -14,7 +14,7 @@ pub struct Placement {
     pub scale: f64,
     /// Rotation about the origin.
     pub rotation: UnitQuaternion<f64>,
-    /// Translation, m.
+    /// Translation after rotation and scaling, m.
     pub translation: Vec3,
 }
 

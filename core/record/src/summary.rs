@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 pub struct Durations {
     /// Shortest duration, s.
     pub min: f64,
-    /// Median, s.
+    /// Median of the durations, s.
     pub p50: f64,
     /// 99th percentile, s.
     pub p99: f64,

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 /// A tool as a trace knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TracedTool<'a> {
-    /// Its name.
+    /// Name of the tool, which begins the names of its columns.
     pub name: &'a str,
     /// Whether an edit with it renders torque.
     pub has_torque: bool,

@@ -26,7 +26,7 @@ const NOISE: f64 = 1e-5;
 pub struct Comparison {
     /// Number of rows that both reports have.
     pub compared: usize,
-    /// Regressions.
+    /// Figures that are worse than those of the baseline by more than the tolerance.
     pub regressions: Vec<Regression>,
 }
 

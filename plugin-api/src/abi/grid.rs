@@ -86,7 +86,7 @@ pub struct Cell {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
-    /// Centre, m.
+    /// Position of the centre, m.
     pub centre: [f64; 3],
     /// Radius, m; infinite to select the whole body.
     pub radius: f64,

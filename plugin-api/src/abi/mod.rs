@@ -173,7 +173,7 @@ pub struct Descriptor {
     pub version: *const c_char,
     /// Description in one line.
     pub summary: *const c_char,
-    /// Declared parameters.
+    /// Declared parameters (`param_count`, each `param_size` bytes from the next); null if there are none.
     pub params: *const Param,
     /// Number of declared parameters.
     pub param_count: usize,

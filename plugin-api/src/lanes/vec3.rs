@@ -71,7 +71,7 @@ impl<T: Real> Vec3<T> {
         self[0] * other[0] + self[1] * other[1] + self[2] * other[2]
     }
 
-    /// Vector product.
+    /// Vector product of `self` and `other`, in this order.
     #[inline(always)]
     pub fn cross(self, other: Self) -> Self {
         Self([
@@ -81,7 +81,7 @@ impl<T: Real> Vec3<T> {
         ])
     }
 
-    /// Euclidean length.
+    /// Euclidean length of the vector.
     #[inline(always)]
     pub fn norm(self) -> T {
         self.dot(self).sqrt()

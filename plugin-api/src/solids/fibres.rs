@@ -21,9 +21,9 @@ const ALL: usize = STRIDE + FIBRE_STRIDE;
 pub struct FibreEnergy {
     /// Energy density psi per volume at rest, J/m^3.
     pub density: f64,
-    /// `dpsi/dI4`, Pa.
+    /// First derivative `dpsi/dI4`, Pa.
     pub slope: f64,
-    /// `d2psi/dI4^2`, Pa.
+    /// Second derivative `d2psi/dI4^2`, Pa.
     pub curvature: f64,
 }
 

@@ -24,7 +24,7 @@ pub struct EnergyHessian<T> {
 /// Second derivatives of an isotropic energy density in its principal stretches s, Pa.
 #[derive(Clone, Copy, Debug)]
 pub struct PrincipalModes<T> {
-    /// `d2psi/ds_i ds_j`.
+    /// `d2psi/ds_i ds_j` for stretches i and j.
     pub stretch: Mat3<T>,
     /// `(psi_i - psi_j) / (s_i - s_j)` for the two axes other than k, with `psi_i = dpsi/ds_i`; a polynomial needs no division.
     pub symmetric: Vec3<T>,

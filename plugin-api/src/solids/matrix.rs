@@ -8,19 +8,19 @@ pub type Mat3<T = f64> = [Vec3<T>; 3];
 /// The identity matrix of three dimensions.
 pub const IDENTITY: Mat3 = [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])];
 
-/// `m v`
+/// The product `m v` of a matrix and a vector.
 #[inline(always)]
 pub fn apply<T: Real>(m: &Mat3<T>, v: Vec3<T>) -> Vec3<T> {
     Vec3([m[0].dot(v), m[1].dot(v), m[2].dot(v)])
 }
 
-/// `a b`
+/// The product `a b` of two matrices.
 #[inline(always)]
 pub fn product<T: Real>(a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
     product_transposed(a, &transposed(b))
 }
 
-/// `a b^T`
+/// The product `a b^T`, of the first matrix with the second one transposed.
 #[inline(always)]
 pub fn product_transposed<T: Real>(a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
     let mut out = *a;
@@ -32,7 +32,7 @@ pub fn product_transposed<T: Real>(a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
     out
 }
 
-/// `m^T`
+/// The transposed matrix `m^T`.
 #[inline(always)]
 pub fn transposed<T: Real>(m: &Mat3<T>) -> Mat3<T> {
     [Vec3([m[0][0], m[1][0], m[2][0]]), Vec3([m[0][1], m[1][1], m[2][1]]), Vec3([m[0][2], m[1][2], m[2][2]])]

@@ -48,7 +48,7 @@ pub struct Arm {
     pub(crate) is_output_on: AtomicBool,
     /// Time since which it is on, ns.
     pub(crate) output_on_since_ns: AtomicU64,
-    /// Counters.
+    /// Servo ticks, errors and recoveries since the arm was opened.
     pub counters: ArmCounters,
 }
 

@@ -21,7 +21,7 @@ use std::ffi::CStr;
 
 /// The faults, as const arguments of the plugin types. One list serves all kinds: a type ignores the faults of other kinds.
 pub mod fault {
-    /// No fault.
+    /// The plugin has no fault.
     pub const NONE: u8 = 0;
     /// Panics in `new`.
     pub const PANIC_IN_NEW: u8 = 1;

@@ -35,7 +35,7 @@ pub struct Hand {
     pub target: Vector3<f64>,
     /// N/m; 0 for a hand that lets go.
     pub stiffness: f64,
-    /// N s/m
+    /// Damping of the hand's hold, N s/m.
     pub damping: f64,
 }
 

@@ -32,7 +32,7 @@ pub(crate) struct StackedError {
 pub(crate) struct Device {
     pub name: String,
     pub arm: Arm,
-    /// Enabled capabilities.
+    /// Capabilities that the host has enabled.
     pub enabled: BTreeSet<u32>,
     pub is_in_frame: bool,
     /// Force set in this frame, N.

@@ -10,7 +10,7 @@ pub struct Datagram {
     pub sequence: u64,
     /// Address of the other side: the receiver, or the sender of an incoming one.
     pub address: SocketAddr,
-    /// The payload.
+    /// Payload of the datagram, as it is sent.
     pub bytes: Vec<u8>,
 }
 

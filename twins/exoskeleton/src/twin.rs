@@ -127,7 +127,7 @@ impl Twin {
         }
     }
 
-    /// The counters.
+    /// What became of datagrams and commands so far.
     pub fn counts(&self) -> TwinCounts {
         self.counts
     }

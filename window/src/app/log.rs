@@ -13,7 +13,7 @@ pub struct EventLog {
 }
 
 impl EventLog {
-    /// Writes nothing.
+    /// A log that writes nothing.
     pub fn none() -> Self {
         Self { file: None, began: Instant::now() }
     }

@@ -78,7 +78,7 @@ impl Default for ViewSettings {
 /// Factors of the stiffness that may be asked for while a model is open.
 const STIFFNESS_FACTORS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
-/// The window.
+/// The window: what is shown and what has been asked of the simulation.
 pub struct App {
     context: egui::Context,
     renderer: Option<SharedRenderer>,

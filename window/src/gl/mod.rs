@@ -109,7 +109,7 @@ pub struct Scene {
 /// A line in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// m
+    /// Ends of the line, m.
     pub ends: [[f32; 3]; 2],
     /// Red, green, blue, opacity, 0 to 1.
     pub colour: [f32; 4],
@@ -118,13 +118,13 @@ pub struct Line {
 /// A part of the picture, in pixels from the lower left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PixelArea {
-    /// Left edge.
+    /// Distance of the left edge from that of the window, pixels.
     pub left: i32,
-    /// Lower edge.
+    /// Distance of the lower edge from that of the window, pixels.
     pub bottom: i32,
-    /// Width.
+    /// Width of the area, pixels.
     pub width: i32,
-    /// Height.
+    /// Height of the area, pixels.
     pub height: i32,
 }
 

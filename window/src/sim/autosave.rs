@@ -220,7 +220,7 @@ impl Abandoned {
         OpenRequest { path: self.note.path.clone(), unit: self.note.unit, substance: None, shape, ..like.clone() }
     }
 
-    /// Removes it.
+    /// Removes the journal: what it holds is saved or not wanted.
     pub fn discard(self) {
         let _ = fs::remove_dir_all(self.folder);
     }

@@ -31,9 +31,9 @@ pub struct Gauges {
 /// Times of one thing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct StepTimes {
-    /// s
+    /// Median of the durations, s.
     pub median: f64,
-    /// s
+    /// 99th percentile of the durations, s.
     pub p99: f64,
     /// How many there were.
     pub count: usize,

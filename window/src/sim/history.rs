@@ -3,7 +3,7 @@
 /// A stroke that can be taken back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
-    /// Which tool.
+    /// Name of the tool that made the stroke.
     pub name: &'static str,
     /// s, wall-clock time since the model was opened
     pub time: f64,

@@ -34,9 +34,9 @@ pub enum Eye {
 /// A half-line in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// m
+    /// Point from which the ray starts, m.
     pub origin: Point3<f64>,
-    /// Unit length.
+    /// Unit vector along the ray.
     pub direction: Vector3<f64>,
 }
 

@@ -124,7 +124,7 @@ fn stiffening(key: &str, [low, high]: [f64; 2]) -> f64 {
 pub(super) struct PaintBall<'a> {
     /// Centre in the present rest shape, m.
     pub centre: Vec3,
-    /// Radius, m.
+    /// Radius in the present rest shape, m.
     pub radius: f64,
     /// Nodes inside that hang together with the centre, ascending.
     pub nodes: &'a [u32],

@@ -17,7 +17,7 @@ use std::ops::Range;
 pub struct Samples {
     /// m, rest positions (s x 3)
     pub place: Vec<Vec3>,
-    /// m^2 (s)
+    /// Area of the surface that each sample stands for, m^2 (s).
     pub area: Vec<f64>,
     /// Unit normals in the rest shape, outward (s x 3).
     pub normal: Vec<Vec3>,

@@ -8,7 +8,7 @@ use pliant_solver::Vec3;
 /// A fingertip at the end of a step.
 #[derive(Clone, Debug)]
 pub struct Tip {
-    /// Centre, m.
+    /// Position of the centre, m.
     pub position: Vec3,
     /// Velocity of the centre, m/s.
     pub velocity: Vec3,

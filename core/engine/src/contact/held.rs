@@ -21,7 +21,7 @@ pub(super) struct VertexContact {
     pub target: [f64; 2],
     /// Normal velocity after a bounce, relative to the tip, m/s; 0 without a bounce.
     pub rebound: f64,
-    /// Contact state.
+    /// Whether the contact sticks, slides or is open.
     pub state: State,
     /// Whether it stuck in the previous step, so that the static coefficient of friction applies.
     pub stuck_before: bool,

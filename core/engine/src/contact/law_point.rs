@@ -29,7 +29,7 @@ pub struct NearPoint {
 pub struct LawForce {
     /// Force at rest at x0, N.
     pub force: Vec3,
-    /// Stiffness, N/m.
+    /// Decrease of the force with the way of the point, N/m.
     pub stiffness: Block,
     /// Damping, N s/m.
     pub damping: Block,

@@ -8,7 +8,7 @@ const MARGIN: f64 = 0.5;
 
 /// Vertices or triangles near a tip.
 pub(super) struct NeighbourList {
-    /// Indices, ascending.
+    /// Indices of the vertices or triangles, ascending.
     pub list: Vec<u32>,
     /// Motion for which the list is still valid, m; negative if it is outdated.
     slack: f64,

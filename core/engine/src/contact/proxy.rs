@@ -39,7 +39,7 @@ pub struct Touch {
 /// A tool's shape that does not penetrate surfaces.
 #[derive(Clone, Debug)]
 pub struct Proxy {
-    /// Centre, m.
+    /// Position of the centre, m.
     pub position: Vec3,
     /// Shape, with its present orientation.
     pub shape: OrientedShape,

@@ -29,7 +29,7 @@ impl RecordingError {
     }
 }
 
-/// A recording.
+/// What a recording holds: its scene, what hands did, and what the run gave.
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// Origin and requirements of the recording.

@@ -14,7 +14,7 @@ const FORCE_HOLD: u64 = 50_000_000;
 /// Pose of a hand in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandPose {
-    /// Position, m.
+    /// Position of the hand, m.
     pub position: Vec3,
     /// Rotation from axes of the hand to those of the scene.
     pub rotation: UnitQuaternion<f64>,

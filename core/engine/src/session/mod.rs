@@ -199,7 +199,7 @@ pub struct CutCounts {
 /// Choices made when the session was opened.
 #[derive(Clone, Debug, Serialize)]
 pub struct Choices {
-    /// Integration scheme.
+    /// Name of the time integration scheme.
     pub integrator: &'static str,
     /// Reason for the choice; empty if the scene gives it.
     pub why: String,
@@ -352,7 +352,7 @@ impl Session {
         self.clock.steps as f64 * self.clock.dt
     }
 
-    /// Step, s.
+    /// Size of a step of simulated time, s.
     pub fn dt(&self) -> f64 {
         self.clock.dt
     }

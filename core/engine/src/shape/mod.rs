@@ -144,11 +144,11 @@ fn golden_section(f: impl Fn(f64) -> f64) -> f64 {
 /// Dimensions of a shape in a scene file, m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShapeParams {
-    /// `radius`
+    /// The key `radius`, of round shapes, m; `None` if it is not given.
     pub radius: Option<f64>,
-    /// `length`
+    /// The key `length`, along the axis of the shape, m; `None` if it is not given.
     pub length: Option<f64>,
-    /// `size`
+    /// The key `size`, along three axes, m; `None` if it is not given.
     pub size: Option<[f64; 3]>,
 }
 

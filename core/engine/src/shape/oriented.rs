@@ -49,7 +49,7 @@ impl OrientedShape {
         if self.shape.is_round() { v } else { self.rotation * v }
     }
 
-    /// [`Shape::distance`], m.
+    /// [`Shape::distance`] of a point given relative to the centre in axes of the scene, m.
     pub fn distance(&self, p: Vec3) -> f64 {
         self.shape.distance(self.to_shape(p))
     }
@@ -64,12 +64,12 @@ impl OrientedShape {
         self.shape.support(self.to_shape(direction))
     }
 
-    /// [`Shape::contains`].
+    /// [`Shape::contains`] for a point given relative to the centre in axes of the scene, m.
     pub fn contains(&self, p: Vec3, margin: f64) -> bool {
         self.shape.contains(self.to_shape(p), margin)
     }
 
-    /// [`Shape::first_hit`].
+    /// [`Shape::first_hit`] for a start and a way given in axes of the scene, m.
     pub fn first_hit(&self, start: Vec3, way: Vec3, margin: f64) -> Option<f64> {
         self.shape.first_hit(self.to_shape(start), self.to_shape(way), margin)
     }

@@ -10,7 +10,7 @@ const CENTRE: f64 = 1e-12;
 /// A sphere about the centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// Radius, m.
+    /// Distance of its surface from the centre, m.
     pub radius: f64,
 }
 

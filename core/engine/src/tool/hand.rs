@@ -53,7 +53,7 @@ impl Frame {
 /// State of a hand in the scene.
 #[derive(Clone, Debug)]
 pub struct Hand {
-    /// Position, m.
+    /// Position of the hand, m.
     pub position: Vec3,
     /// Rotation from axes of the hand to those of the scene.
     pub rotation: UnitQuaternion<f64>,

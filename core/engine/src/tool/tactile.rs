@@ -87,7 +87,7 @@ impl TactilePad {
         Self { array, axes, texture, pressed: pins.clone(), taxels: pins, phase: 0.0, beside: 0.0, clipped: 0.0 }
     }
 
-    /// Its array.
+    /// The array of taxels whose values this computes.
     pub fn array(&self) -> TaxelArray {
         self.array
     }

@@ -11,11 +11,11 @@ use pliant_solver::Vec3;
 /// A fingertip with a mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipMass {
-    /// Mass, kg.
+    /// Mass of the tip, kg.
     pub mass: f64,
-    /// Position, m.
+    /// Position of its centre, m.
     pub position: Vec3,
-    /// Velocity, m/s.
+    /// Velocity of its centre, m/s.
     pub velocity: Vec3,
     /// Whether a hand drives it now.
     led: bool,

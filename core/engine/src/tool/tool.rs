@@ -13,7 +13,7 @@ use pliant_solver::{Block, NodeSprings, Vec3};
 /// The virtual coupling: spring and damper between hand and proxy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
-    /// Stiffness, N/m.
+    /// Stiffness of the coupling between hand and proxy, N/m.
     pub stiffness: f64,
     /// Damping, N s/m.
     pub damping: f64,

@@ -5,7 +5,7 @@ use super::Vec3;
 /// A point of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// Point, m.
+    /// The nearest point of the triangle, m.
     pub point: Vec3,
     /// Barycentric coordinates in the triangle: weights of its three corners, sum 1.
     pub bary: Vec3,

@@ -20,7 +20,7 @@ use crate::geometry::Vec3;
 /// Names of the samples.
 pub const NAMES: [&str; 1] = ["elephant"];
 
-/// Default `detail`.
+/// Value of `detail` where a scene gives none.
 pub const DEFAULT_DETAIL: u32 = 2;
 
 const LONGEST: f64 = 0.1; // m, longest edge of the box

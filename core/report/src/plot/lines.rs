@@ -21,9 +21,9 @@ pub struct Curve {
 pub struct LinePlot {
     /// Title above the picture.
     pub title: String,
-    /// Horizontal axis.
+    /// Horizontal axis, with its name, unit and scale.
     pub x: Axis,
-    /// Vertical axis.
+    /// Vertical axis, with its name, unit and scale.
     pub y: Axis,
     /// Curves in the order of the legend.
     pub curves: Vec<Curve>,

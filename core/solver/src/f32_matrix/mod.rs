@@ -56,7 +56,7 @@ impl F32Matrix {
         &self.values
     }
 
-    /// Memory, bytes.
+    /// Memory of the values and indices, bytes.
     pub fn bytes(&self) -> usize {
         let format = match &self.format {
             Some(Format::Distances(matrix)) => matrix.bytes(),

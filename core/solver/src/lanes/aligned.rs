@@ -36,7 +36,7 @@ impl<T: Copy + Default> Lines<T> {
         &mut self.numbers[self.first..self.first + self.len]
     }
 
-    /// Memory, bytes.
+    /// Memory of the scalars, bytes.
     pub fn bytes(&self) -> usize {
         self.numbers.len() * size_of::<T>()
     }

@@ -66,7 +66,7 @@ const ROWS: usize = 256;
 const NONE: u32 = u32::MAX;
 
 impl F32Blocks {
-    /// Memory, bytes.
+    /// Memory of the blocks and masses, bytes.
     pub fn bytes(&self) -> usize {
         self.blocks.len() * size_of::<SingleBlock>() + self.mass.len() * (12 + size_of::<Block>())
     }

@@ -222,7 +222,7 @@ impl Matrix {
         self.column.len()
     }
 
-    /// Memory, bytes.
+    /// Memory of the values and indices, bytes.
     pub fn bytes(&self) -> usize {
         let values = self.values.len() * size_of::<Block>() + self.f32_blocks.bytes();
         values + self.column.len() * 4 + self.lower.len() * 8 + self.row.len() * 16

@@ -15,7 +15,7 @@ pub enum Pattern {
     Irregular,
 }
 
-/// All patterns.
+/// Every pattern of triangles, for tests that hold for each.
 pub const PATTERNS: [Pattern; 4] = [Pattern::Regular, Pattern::Alternating, Pattern::Equilateral, Pattern::Irregular];
 
 /// Width of a strip of length 1 m, m; rounded to whole rows of triangles.

@@ -43,9 +43,9 @@ pub const FINGER_VELOCITY: u32 = 2;
 mod flag {
     /// An authentication tag follows the checksum.
     pub const KEYED: u8 = 1;
-    /// [`super::Header::stop`].
+    /// Bit of [`super::Header::stop`].
     pub const STOP: u8 = 2;
-    /// [`super::Header::last`].
+    /// Bit of [`super::Header::last`].
     pub const LAST: u8 = 4;
 }
 

@@ -8,7 +8,7 @@ use pliant_solver::{ContactConstraints, System, TrialStep, Vec3};
 pub struct BodyContacts<'a> {
     /// Fingertips on a sheet; none on a solid.
     pub tips: &'a mut SheetTips,
-    /// Obstacles.
+    /// Contacts of the body with obstacles.
     pub obstacles: &'a mut ObstacleContacts,
 }
 

@@ -31,7 +31,7 @@ impl Point {
         self.carriers().fold(Vec3::zeros(), |sum, (node, weight)| sum + weight * field(node as usize))
     }
 
-    /// Position, m.
+    /// Position of the point, from the nodes that carry it, m.
     pub fn position(&self, nodes: &Nodes) -> Vec3 {
         self.offset + self.mean(|i| nodes.x[i])
     }

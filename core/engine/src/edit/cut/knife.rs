@@ -16,7 +16,7 @@ use pliant_solver::Vec3;
 /// Geometry and fracture energies of a blade.
 #[derive(Clone, Debug)]
 pub struct BladeEdge {
-    /// Length, m.
+    /// Length of the edge, from tip to heel, m.
     pub length: f64,
     /// Unit vector from tip to heel, in axes of the hand.
     pub direction: Vec3,

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;
 
-/// A device.
+/// A device, real or simulated, that moves a tool and renders its force.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct DeviceScene {
@@ -57,7 +57,7 @@ pub struct FrameScene {
     pub toward: Option<[f64; 3]>,
 }
 
-/// A tool.
+/// A rigid tool that a device moves, with its shape and its virtual coupling.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ToolScene {

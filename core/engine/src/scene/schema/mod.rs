@@ -70,7 +70,7 @@ pub struct Scene {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct TimeScene {
-    /// Simulated time.
+    /// Simulated time of the whole run.
     #[schemars(with = "Time")]
     pub duration: Spanned<Time>,
     /// Step size: the time between two samples of the hand.

@@ -19,7 +19,7 @@ use serde::Serialize;
 /// Force limits of a device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceLimits {
-    /// Peak, N.
+    /// Largest force at any moment, N.
     pub peak: f64,
     /// Largest force that may be applied indefinitely, N.
     pub continuous: f64,

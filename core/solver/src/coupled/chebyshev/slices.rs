@@ -118,12 +118,12 @@ impl Number for f32 {
 pub struct Slices<T>(Lines<T>);
 
 impl<T: Copy + Default> Slices<T> {
-    /// `len` zeros.
+    /// A vector of `len` zeros, divided into slices.
     pub fn new(len: usize) -> Self {
         Self(Lines::new(len))
     }
 
-    /// All numbers.
+    /// All numbers, in the order of the vector.
     #[inline(always)]
     pub fn flat(&self) -> &[T] {
         self.0.flat()
@@ -135,7 +135,7 @@ impl<T: Copy + Default> Slices<T> {
         self.0.flat_mut()
     }
 
-    /// All slices.
+    /// All slices, in the order of the vector.
     #[inline(always)]
     pub fn all(&self) -> &[Slice<T>] {
         self.flat().as_chunks().0

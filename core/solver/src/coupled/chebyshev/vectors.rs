@@ -16,7 +16,7 @@ pub struct Vectors<T> {
     pub value: Slices<T>,
     /// Right side over the diagonal. This and the next vectors have a slice of zeros before and after.
     pub load: Slices<T>,
-    /// The iterate.
+    /// The solution so far.
     pub solution: Slices<T>,
     /// The previous iterate.
     pub before: Slices<T>,

@@ -24,7 +24,7 @@ impl Diagonal {
         Self { masses: vec![false; slices], mass: Lines::new(LANES * slices), block: Lines::new(BLOCKS * slices) }
     }
 
-    /// Memory, bytes.
+    /// Memory of the values, bytes.
     pub fn bytes(&self) -> usize {
         self.masses.len() + self.mass.bytes() + self.block.bytes()
     }

@@ -23,7 +23,7 @@ struct Planes {
 }
 
 impl Exact {
-    /// Memory, bytes.
+    /// Memory of the two vectors, bytes.
     pub fn bytes(&self) -> usize {
         self.0.iter().map(|of| 8 * 6 * of.x[0].len()).sum()
     }

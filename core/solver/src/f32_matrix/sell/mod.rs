@@ -118,7 +118,7 @@ impl SellDistances {
         Some(Self { height, bands: bands.collect(), p, sum: Lines::new(3 * LANES * slices.len()) })
     }
 
-    /// Memory, bytes.
+    /// Memory of the bands and vectors, bytes.
     pub fn bytes(&self) -> usize {
         let vectors = 3 * self.p[0].bytes() + self.sum.bytes();
         let of = |b: &Band| {

@@ -70,7 +70,7 @@ impl SellColumns {
         Self { height, bands, p: vec![[0.0; 4]; (padded + reach).next_multiple_of(LANES)], sum: vec![[0.0; 4]; padded] }
     }
 
-    /// Memory, bytes.
+    /// Memory of the bands and vectors, bytes.
     pub fn bytes(&self) -> usize {
         let of = |b: &Band| {
             b.values.bytes() + b.diagonal.bytes() + 8 * LANES * b.column.len() + 16 * b.y.len() + 8 * b.start.len()

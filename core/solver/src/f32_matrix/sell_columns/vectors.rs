@@ -41,7 +41,7 @@ pub struct UpdateDirection<'a> {
     pub a: f32,
     /// Factor of the last direction.
     pub beta: f32,
-    /// Search direction.
+    /// Search direction of the iteration, for each node.
     pub p: &'a mut [[Quad; LANES]],
     /// Sum of steps.
     pub sum: &'a mut [[Quad; LANES]],

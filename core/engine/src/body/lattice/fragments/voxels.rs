@@ -47,7 +47,7 @@ pub(super) struct FaceLink {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct NearestVoxel {
     pub fragment: usize,
-    /// m^2
+    /// Square of the distance from the point to the voxel, m^2.
     pub distance_squared: f64,
 }
 
