@@ -19,6 +19,9 @@ COUPLING_SHARE = 2.0
 PEAK_SHARE = 4.0
 # N/m, spring of a hand on a sheet.
 SHEET_COUPLING = 200.0
+# Pressure of an inflating stroke over Young's modulus of a solid, and on a sheet, Pa.
+PRESSURE_SHARE = 0.05
+SHEET_PRESSURE = 50.0
 # Speed at which a hand is followed, sizes of the mesh in a second.
 SPEED = 20.0
 # Radius of the part of a solid that is simulated around a hand, over the size of the mesh, at most: what is outside holds it in place.
@@ -210,6 +213,8 @@ def scene_of(mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ..
         keys = {} if kind == "cut" else {"release": "keep"}
         if kind == "pull":
             keys["limit"] = 10 * peak
+        if kind in ("inflate", "deflate"):
+            keys["strength"] = SHEET_PRESSURE if is_sheet else PRESSURE_SHARE * settings.young
         if settings.symmetry:
             keys["symmetry"] = settings.symmetry
         scene.edit(kind, tool=TOOL, button=button, **keys)

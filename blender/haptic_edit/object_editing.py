@@ -17,6 +17,12 @@ from .panel_settings import settings_of
 FRAMES_TAKEN = 600
 # Way of a vertex over the size of the mesh that is not seen: the rest of a motion that has been felt.
 FELT_SHARE = 1e-3
+# Tools whose strokes stay in the session alone, and what is said when it is left.
+PAINTING = ("pin", "unpin", "paint")
+PAINT_LOST = (
+    "what strokes had pinned or painted is gone: the mesh or its settings have changed; pins and stiffness that last are vertex groups, "
+    "chosen in the panel as Pin and Stiffness Group"
+)
 
 
 class Editing:
@@ -35,6 +41,8 @@ class Editing:
         # Coordinates when the stroke began, and the shape key it edits.
         self._start = self._frame
         self._key: str | None = None
+        # Whether strokes have pinned or painted something that a new session will not have.
+        self._has_painted = False
         # Warnings to report, and those reported before.
         self._warnings: list[str] = []
         self._reported: set[str] = set()
@@ -88,6 +96,9 @@ class Editing:
             self._seen = self._edit.surface()
             return
         before = self._edit if self._takes_over else None
+        if self._has_painted and known:
+            self._warnings.append(PAINT_LOST)
+        self._has_painted = False
         if before is None:
             self.close()
         self._edit, self._replaced = MeshEdit(mesh, settings, obstacles, self.allowed), before
@@ -122,6 +133,7 @@ class Editing:
             return False
         self._start, self._key = mesh_io.coordinates(self._require()), mesh_io.active_key(self._require())
         self._edit.begin(kind, ray, hit, back, self.depth(pressure))
+        self._has_painted |= kind in PAINTING
         return True
 
     def depth(self, pressure: float) -> float:

@@ -1,6 +1,7 @@
 //! The palette of edits: what each does to solids and sheets, what it leaves alone, and how it is taken back.
 
-use pliant_engine::session::{EventKind, Session};
+use pliant_engine::edit::Falloff;
+use pliant_engine::session::{EventKind, Session, SessionCommand};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::models;
 use pliant_mesh::{Bounds, ObjDocument, Surface};
@@ -505,5 +506,38 @@ fn edits_work_on_sheets() {
             assert!(session.undo(), "{kind}");
             assert!(surfaces(&mut session).1 == before, "{kind}: taken back to the bit");
         }
+    }
+}
+
+/// A user interface makes an edit stronger without another scene.
+#[test]
+fn a_brush_that_is_set_later_is_the_brush_of_a_scene() {
+    let bench = Bench::new();
+    bench.pliant(&["sample", "elephant", "-o", "model.obj"]).expect(0);
+    let place = flank(&bench);
+    for (kind, strength) in [
+        ("inflate", "Pa"),
+        ("deflate", "Pa"),
+        ("smooth", "Hz"),
+        ("flatten", "Hz"),
+        ("pinch", "Hz"),
+        ("relax", "Hz"),
+        ("grow", "Hz"),
+        ("shrink", "Hz"),
+    ] {
+        let number = if strength == "Pa" { 400.0 } else { 3.0 };
+        let after = |factor: f64, falloff: &str, command: Option<SessionCommand>| {
+            let keys = format!("strength = \"{} {strength}\"\nfalloff = \"{falloff}\"", factor * number);
+            let mut session = opened(&bench, &scene(SOLID, place, &way(kind), kind, &keys));
+            if let Some(command) = command {
+                assert!(session.apply(command));
+            }
+            run(&mut session, 0.2);
+            surfaces(&mut session).1
+        };
+        let set = SessionCommand::SetBrush { strength: 2.0, falloff: Falloff::Linear };
+        let later = after(1.0, "smooth", Some(set));
+        assert!(later == after(2.0, "linear", None), "{kind}");
+        assert!(later != after(1.0, "linear", None) && later != after(2.0, "smooth", None), "{kind}");
     }
 }

@@ -4,7 +4,7 @@ use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session};
 use pliant_host::SearchPath;
-use pliant_tests::{Bench, box_scene, root};
+use pliant_tests::{Bench, box_scene, program, root};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -198,5 +198,32 @@ fn the_scenes_that_are_given_say_what_they_do_without() {
         assert_eq!(solver, plan["choices"]["integrator"] != "backward-euler", "{name}");
         assert!(has(&list(&plan), "gravity") && has(&list(&plan), "and finer of the grid"), "{name}");
         assert_eq!(plan["loaded"].as_array().map(Vec::len), Some(3), "{name}: grid, material and device, no more");
+    }
+}
+
+/// The window is a program of its own: a run maps no library that draws.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_run_maps_no_graphics_library() {
+    let bench = Bench::new();
+    let scene = bench.write("scene.toml", box_scene("", "", "").replace("duration = 0.05", "duration = 3600"));
+    let mut run = std::process::Command::new(program())
+        .args(["run", "-q", "--out"])
+        .args([bench.path("out"), scene])
+        .spawn()
+        .expect("it starts");
+    let maps = format!("/proc/{}/maps", run.id());
+    // The material is the last that a run maps before its steps.
+    let mapped = loop {
+        assert!(run.try_wait().expect("a child").is_none(), "the run ended before its material was mapped");
+        let mapped = std::fs::read_to_string(&maps).expect("its maps");
+        if mapped.contains(MATERIAL) && mapped.contains(DEVICE) {
+            break mapped;
+        }
+        std::thread::yield_now();
+    };
+    run.kill().and_then(|()| run.wait()).expect("it ends");
+    for library in ["libGL", "libEGL", "libOpenGL", "libX11", "libwayland", "libxkbcommon", "libvulkan"] {
+        assert!(!mapped.contains(library), "{library} is mapped");
     }
 }

@@ -1,6 +1,7 @@
 //! A device of a scene that takes its hands from a recording: the recorded scene gives the same bytes again, another scene gets the same strokes, and
 //! what does not fit is refused with what is allowed.
 
+use pliant_engine::edit::Falloff;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session, SessionCommand};
@@ -82,6 +83,7 @@ fn commands_of_the_recording_come_with_its_hands() {
         SessionCommand::Undo,
         SessionCommand::Redo,
         SessionCommand::ResizeTools { radius: 6e-3, coupling: 150.0 },
+        SessionCommand::SetBrush { strength: 2.5, falloff: Falloff::Sharp },
         SessionCommand::Undo,
     ];
     for command in commands {

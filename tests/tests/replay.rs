@@ -1,5 +1,6 @@
 //! A recorded session comes back to the bit, and a file that is not whole is refused with what is wrong.
 
+use pliant_engine::edit::Falloff;
 use pliant_engine::plan::Plan;
 use pliant_engine::scene;
 use pliant_engine::session::{Options, Session, SessionCommand};
@@ -173,7 +174,7 @@ fn commands_and_idle_steps_come_back() {
                 steps(&mut session, &mut writer, 1, present(0.03 - 2e-4 * f64::from(at), 1));
             }
             steps(&mut session, &mut writer, 30 + 40 * round, Pose::default());
-            let command = match random.below(9) {
+            let command = match random.below(10) {
                 0 | 1 => SessionCommand::Undo,
                 2 => SessionCommand::Redo,
                 3 => SessionCommand::AddLayer { name: format!("layer \u{3b2} {round}") },
@@ -181,6 +182,10 @@ fn commands_and_idle_steps_come_back() {
                 5 => SessionCommand::RecordLayer { layer: Some(0).filter(|_| random.below(2) == 0) },
                 6 => SessionCommand::DeleteLayer { layer: 0 },
                 7 => SessionCommand::RenameLayer { layer: 0, name: String::new() },
+                8 => SessionCommand::SetBrush {
+                    strength: 0.1 + random.unit().abs(),
+                    falloff: Falloff::ALL[random.below(6) as usize],
+                },
                 _ => SessionCommand::ResizeTools {
                     radius: 3e-3 + 6e-3 * random.unit(),
                     coupling: 50.0 + 250.0 * random.unit(),

@@ -12,6 +12,7 @@ pub mod gl;
 pub mod materials;
 pub mod opening;
 pub mod picture;
+pub mod recent;
 pub mod reference;
 pub mod sim;
 pub mod strings;

@@ -256,7 +256,7 @@ const PAINTABLE: [&str; MAX_PAINTED] = ["young", "density", "thickness"];
 /// A sentence with file, place and cause.
 fn look(scene: &Scene, source: &Source, document: &DocumentMut, request: &OpenRequest) -> Result<Session, String> {
     let radius = scene.tool.iter().find_map(|tool| Some(tool.radius.as_ref()?.get_ref().si)).unwrap_or(FIRST_RADIUS);
-    let hand = HandSettings { size: 1.0, radius, coupling: 1.0, peak_force: 1.0, tip_mass: None };
+    let hand = HandSettings { size: 1.0, radius, coupling: 1.0, peak_force: 1.0, pressure: 1.0, tip_mass: None };
     let mut document = document.clone();
     give_hand(&mut document, &hand, &[]);
     let (with_hand, _) =

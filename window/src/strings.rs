@@ -1,5 +1,6 @@
 //! Every text of the window, in English.
 
+use crate::tools::ToolStrength;
 use std::path::Path;
 
 /// Title of the window.
@@ -8,6 +9,8 @@ pub const TITLE: &str = "pliant";
 pub const FILE: &str = "File";
 /// See [`FILE`].
 pub const OPEN: &str = "Open...";
+/// The files that were opened last.
+pub const OPEN_RECENT: &str = "Open recent";
 /// See [`FILE`].
 pub const SAVE: &str = "Save";
 /// See [`FILE`].
@@ -135,6 +138,18 @@ pub const TOOLS: &str = "Tools";
 pub const SIZE: &str = "Size";
 /// See [`SIZE`].
 pub const STRENGTH: &str = "Strength";
+/// How the effect of a tool decreases towards the outer ring.
+pub const FALLOFF: &str = "Falloff";
+/// The falloffs, in the order of the engine's list.
+pub const FALLOFFS: [&str; 6] = ["smooth", "sphere", "root", "sharp", "linear", "constant"];
+/// What the slider of the strength does.
+pub fn strength_hint(strength: ToolStrength) -> &'static str {
+    match strength {
+        ToolStrength::Depth => "How deep it presses, in radii of the tool.",
+        ToolStrength::Brush => "How strong it acts, over a new tool. It acts within the outer ring.",
+        ToolStrength::Fixed => "",
+    }
+}
 /// See [`SIZE`].
 pub const CUT_DEPTH: &str = "Cut depth";
 /// Which parameter of the material the tool paints.
@@ -265,7 +280,7 @@ pub const PATH: &str = "File";
 pub const COARSER: &str = "Use a coarser grid";
 /// Keys, for the help at the lower edge.
 pub const KEYS: &str = "Left: tool, beside the model turn   Middle: turn   Shift+middle or right: move   Wheel: nearer, in a stroke deeper   \
-    F: focus   Home: all   M: pin   P: paint   S: stitch   B: split off   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X: symmetry   Arrows, Space: pointer without a mouse   Ctrl+Z, Ctrl+Y: undo, redo";
+    F: focus   Home: all   G: grow   H: shrink   M: pin   P: paint   S: stitch   B: split off   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X: symmetry   Arrows, Space: pointer without a mouse   Ctrl+Z, Ctrl+Y: undo, redo";
 
 /// A question about a session that has ended without closing.
 pub fn recovery(path: &std::path::Path) -> String {

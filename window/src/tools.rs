@@ -1,7 +1,7 @@
 //! The tools of the window: one for each edit kind of the engine.
 
 use pliant_editor::{Gesture, PaintStroke, has_release, opposite_kind, stroke_button};
-use pliant_engine::edit::{EditKind, KINDS};
+use pliant_engine::edit::{DEFAULT_RADIUS, EditKind, Falloff, KINDS, KeyName};
 use pliant_engine::scene::Release;
 
 /// A tool of the tool bar: what a stroke with it does.
@@ -69,6 +69,29 @@ impl ToolKind {
         self.kind.param().is_some()
     }
 
+    /// What the strength of its strokes is.
+    pub fn strength(&self) -> ToolStrength {
+        if self.kind.cuts() || self.paints() {
+            ToolStrength::Fixed
+        } else if self.kind.strength().is_some() {
+            ToolStrength::Brush
+        } else if self.gesture() == Gesture::Press {
+            ToolStrength::Depth
+        } else {
+            ToolStrength::Fixed
+        }
+    }
+
+    /// Radius of the region on which it acts over that of the tool; `None` where it acts on what it meets.
+    pub fn region(&self) -> Option<f64> {
+        self.kind.keys().iter().any(|key| key.name == KeyName::Radius).then_some(DEFAULT_RADIUS)
+    }
+
+    /// Whether its effect decreases from the centre of the region to its radius, in a way that may be chosen.
+    pub fn has_falloff(&self) -> bool {
+        self.kind.keys().iter().any(|key| key.name == KeyName::Falloff)
+    }
+
     /// The mask of the button that begins a stroke.
     pub fn buttons(&self, release: Release, paint: PaintStroke) -> u32 {
         1 << stroke_button(self.kind, release, paint)
@@ -78,9 +101,21 @@ impl ToolKind {
 /// Edit kinds with the first keys.
 const FIRST: [&str; 4] = ["touch", "pull", "cut", "grab"];
 /// Letters of tools that have no digit.
-const LETTERS: [(&str, char); 4] = [("pin", 'M'), ("unpin", 'N'), ("paint", 'P'), ("stitch", 'S')];
+const LETTERS: [(&str, char); 6] =
+    [("grow", 'G'), ("shrink", 'H'), ("pin", 'M'), ("unpin", 'N'), ("paint", 'P'), ("stitch", 'S')];
 /// The edit kind that evens out.
 const SMOOTHING: &str = "smooth";
+
+/// What makes a stroke stronger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToolStrength {
+    /// Nothing: what it does follows the hand, or is chosen otherwise.
+    Fixed,
+    /// The depth to which it presses.
+    Depth,
+    /// The strength of the edit, such as its pressure or its rate.
+    Brush,
+}
 
 /// What a stroke does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,7 +123,11 @@ pub struct ToolSettings {
     /// Radius over that of a new tool.
     pub size: f64,
     /// Depth of a press in radii of the tool.
-    pub strength: f64,
+    pub depth: f64,
+    /// Strength of an edit over that of a new tool.
+    pub brush: f64,
+    /// How the effect of an edit decreases towards the radius of its region.
+    pub falloff: Falloff,
     /// What becomes of the shape.
     pub release: Release,
     /// Depth of a cut over the size of the model: how far behind the pointer the tip of the blade is.
@@ -101,14 +140,23 @@ pub struct ToolSettings {
 
 impl Default for ToolSettings {
     fn default() -> Self {
-        Self { size: 1.0, strength: 1.0, release: Release::Keep, cut_depth: 1.0, mirror: None, painted: 0 }
+        Self {
+            size: 1.0,
+            depth: 1.0,
+            brush: 1.0,
+            falloff: Falloff::default(),
+            release: Release::Keep,
+            cut_depth: 1.0,
+            mirror: None,
+            painted: 0,
+        }
     }
 }
 
 impl ToolSettings {
     /// Sizes a tool may have.
     pub const SIZES: std::ops::RangeInclusive<f64> = 0.25..=6.0;
-    /// Strengths a press may have.
+    /// Strengths a stroke may have: depths of a press in radii of the tool, or factors of that of a new tool.
     pub const STRENGTHS: std::ops::RangeInclusive<f64> = 0.05..=3.0;
 
     /// Makes the tool larger or smaller by a factor.
@@ -116,9 +164,25 @@ impl ToolSettings {
         self.size = (self.size * factor).clamp(*Self::SIZES.start(), *Self::SIZES.end());
     }
 
-    /// Makes a press deeper or shallower by a factor.
-    pub fn strengthen(&mut self, factor: f64) {
-        self.strength = (self.strength * factor).clamp(*Self::STRENGTHS.start(), *Self::STRENGTHS.end());
+    /// The strength of a tool's strokes, within [`ToolSettings::STRENGTHS`]; `None` where it is fixed.
+    pub fn strength_mut(&mut self, tool: ToolKind) -> Option<&mut f64> {
+        match tool.strength() {
+            ToolStrength::Fixed => None,
+            ToolStrength::Depth => Some(&mut self.depth),
+            ToolStrength::Brush => Some(&mut self.brush),
+        }
+    }
+
+    /// Makes strokes of a tool stronger or weaker by a factor, if they can be.
+    pub fn strengthen(&mut self, tool: ToolKind, factor: f64) {
+        if let Some(strength) = self.strength_mut(tool) {
+            *strength = (*strength * factor).clamp(*Self::STRENGTHS.start(), *Self::STRENGTHS.end());
+        }
+    }
+
+    /// Depth of a press, in radii of the tool.
+    pub fn depth_of(&self, tool: ToolKind) -> f64 {
+        if tool.strength() == ToolStrength::Depth { self.depth } else { 1.0 }
     }
 }
 
@@ -158,6 +222,8 @@ mod tests {
                 assert_eq!(inverse.inverse(&tools).map(|tool| tool.name()), Some(tool.name()));
             }
         }
+        let keys: BTreeSet<_> = tools.iter().enumerate().map(|(index, tool)| tool.key(index)).collect();
+        assert!(keys.len() == tools.len() && !keys.contains(&None), "every tool has a key of its own: {keys:?}");
         for tool in tools {
             assert_eq!(tool.gesture() == Gesture::Slice, tool.kind.cuts(), "{}", tool.name());
         }

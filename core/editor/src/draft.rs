@@ -61,6 +61,10 @@ const PEAK_SHARE: f64 = 4.0;
 const SHEET_COUPLING: f64 = 200.0;
 /// Plugin of the material of a tetrahedral mesh.
 const TETRAHEDRAL_PLUGIN: &str = "neo-hookean";
+/// Pressure of an inflating stroke relative to Young's modulus: a dome that is seen, of strains that a solid bears.
+const PRESSURE_SHARE: f64 = 0.05;
+/// Pressure of an inflating stroke on a sheet, some twenty times the weight of a cloth, Pa.
+const SHEET_PRESSURE: f64 = 50.0;
 /// Mass of a tip on a sheet, as in a live run, kg.
 const TIP_MASS: f64 = 0.01;
 
@@ -96,6 +100,14 @@ impl Draft {
         PEAK_SHARE * self.coupling() * self.radius()
     }
 
+    /// Pressure of inflating and deflating strokes, Pa.
+    pub fn pressure(&self) -> f64 {
+        match &self.material {
+            DraftMaterial::Solid { preset, .. } => PRESSURE_SHARE * preset.young,
+            DraftMaterial::Sheet { .. } => SHEET_PRESSURE,
+        }
+    }
+
     /// The hand and its tool.
     pub fn hand(&self) -> HandSettings {
         HandSettings {
@@ -103,6 +115,7 @@ impl Draft {
             radius: self.radius(),
             coupling: self.coupling(),
             peak_force: self.peak_force(),
+            pressure: self.pressure(),
             tip_mass: (self.substance() == Substance::Sheet).then_some(TIP_MASS),
         }
     }

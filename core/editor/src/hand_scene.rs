@@ -24,6 +24,8 @@ pub struct HandSettings {
     pub coupling: f64,
     /// Largest force of the hand, N.
     pub peak_force: f64,
+    /// Pressure of inflating and deflating strokes, Pa.
+    pub pressure: f64,
     /// Mass of the tip on sheets, kg; `None` for a tip at the position of the hand.
     pub tip_mass: Option<f64>,
 }
@@ -130,6 +132,9 @@ pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings, painted: &[&str])
             if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
                 edit["limit"] = value(hand.peak_force);
             }
+            if kind.strength().is_some_and(|strength| strength.unit == "Pa") {
+                edit["strength"] = value(hand.pressure);
+            }
             if let Some(PaintStroke { param, lowers }) = paint {
                 edit["param"] = value(painted[param]);
                 edit["strength"] = value(if lowers { 1.0 / PAINT_FACTOR } else { PAINT_FACTOR });
@@ -196,7 +201,14 @@ mod tests {
                 "format = 1\n[[body]]\nname = \"a\"\nmesh = \"{mesh}\"\nmaterial = {{ plugin = \"neo-hookean\" }}\n"
             );
             let mut document: DocumentMut = text.parse().unwrap();
-            let hand = HandSettings { size: 1.0, radius: 0.1, coupling: 100.0, peak_force: 5.0, tip_mass: None };
+            let hand = HandSettings {
+                size: 1.0,
+                radius: 0.1,
+                coupling: 100.0,
+                peak_force: 5.0,
+                pressure: 50.0,
+                tip_mass: None,
+            };
             give_hand(&mut document, &hand, &["young"]);
             let (scene, source) =
                 scene::load_text(Path::new("scene.toml"), document.to_string(), &[]).expect("a scene");
@@ -217,7 +229,8 @@ mod tests {
             shape = { kind = \"box\", size = [1, 1, 1] }\n[[device]]\nname = \"old\"\n[[tool]]\nname = \"t\"\n\
             device = \"old\"\nradius = 0.1\n[[edit]]\nkind = \"touch\"\ntool = \"t\"\n";
         let mut document: DocumentMut = text.parse().unwrap();
-        let hand = HandSettings { size: 1.0, radius: 0.1, coupling: 100.0, peak_force: 5.0, tip_mass: None };
+        let hand =
+            HandSettings { size: 1.0, radius: 0.1, coupling: 100.0, peak_force: 5.0, pressure: 50.0, tip_mass: None };
         give_hand(&mut document, &hand, &["young", "density"]);
         let (scene, source) = scene::load_text(Path::new("scene.toml"), document.to_string(), &[]).expect("a scene");
         assert_eq!((scene.body.len(), scene.device.len(), scene.tool.len()), (1, 2, 2));

@@ -46,14 +46,23 @@ pub struct Edit {
     pub radius: Option<f64>,
     /// How its weight decreases from the centre to the radius.
     pub falloff: Falloff,
-    /// Strength, in the SI unit of its kind.
+    /// Strength, in the SI unit of its kind; `None` for the default of the kind.
     pub strength: Option<f64>,
+    /// Factor of the strength that the session has been asked for; 1 at first. What paints ignores it.
+    pub strength_factor: f64,
     /// Parameter of the material that it paints.
     pub param: Option<String>,
     /// How deep it paints.
     pub depth: PaintDepth,
     /// Whether the parts of what it has cut become bodies of their own at its end.
     pub splits: bool,
+}
+
+impl Edit {
+    /// Strength of a stroke that begins now, in the SI unit of its kind, for a kind with this default.
+    pub(crate) fn strength_or(&self, default: f64) -> f64 {
+        self.strength_factor * self.strength.unwrap_or(default)
+    }
 }
 
 /// An undo or redo that a scene asks for.
@@ -196,6 +205,7 @@ impl Plan {
                 radius: edit.radius.as_ref().map(|r| r.get_ref().si),
                 falloff: edit.falloff.as_ref().map_or(Falloff::default(), |f| *f.get_ref()),
                 strength: check::strength(edit, kind, source)?,
+                strength_factor: 1.0,
                 param: edit.param.as_ref().map(|param| param.get_ref().clone()),
                 depth: check::depth(edit, source)?,
                 splits: edit.split.as_ref().is_some_and(|split| *split.get_ref()),

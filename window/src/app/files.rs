@@ -2,6 +2,7 @@
 
 use super::App;
 use crate::opening::OpenRequest;
+use crate::recent::{add_recent_file, recent_files};
 use crate::reference::is_image;
 use crate::sim::{Abandoned, Command};
 use crate::strings;
@@ -65,6 +66,7 @@ impl App {
                     if item(ui, strings::OPEN, OPEN, true) {
                         self.ask_for_file(Purpose::Open);
                     }
+                    self.recent_menu(ui);
                     if item(ui, strings::SAVE, SAVE, is_open) {
                         self.save();
                     }
@@ -196,7 +198,37 @@ impl App {
         if let Some(path) = dropped.clone().filter(|path| is_image(path) && self.model.is_some()) {
             self.open_reference(&path);
         } else if let Some(path) = dropped {
-            self.open_if_saved(OpenRequest { path, shape: None, unit: None, substance: None, ..self.request.clone() });
+            self.open_another(path);
+        }
+    }
+
+    /// Opens another file with the present settings, after the question about strokes that are not saved.
+    fn open_another(&mut self, path: PathBuf) {
+        self.open_if_saved(OpenRequest { path, shape: None, unit: None, substance: None, ..self.request.clone() });
+    }
+
+    /// The files that were opened last.
+    fn recent_menu(&mut self, ui: &mut egui::Ui) {
+        let others: Vec<PathBuf> = self.recent.iter().filter(|file| **file != self.request.path).cloned().collect();
+        ui.add_enabled_ui(!others.is_empty(), |ui| {
+            ui.menu_button(strings::OPEN_RECENT, |ui| {
+                for path in others {
+                    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                    if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
+                        self.open_another(path);
+                    }
+                }
+            });
+        });
+    }
+
+    /// Puts the open file first in the list of recent ones.
+    pub(super) fn remember_opened(&mut self) {
+        let Some(folder) = self.state_folder() else { return };
+        let told = add_recent_file(&folder, &self.request.path).and_then(|()| recent_files(&folder));
+        match told {
+            Ok(files) => self.recent = files,
+            Err(error) => self.tell(format!("the list of recent files: {error}")),
         }
     }
 
@@ -273,13 +305,7 @@ impl App {
         });
         match (answer, dialog.purpose) {
             (Some(path), Purpose::Open) => {
-                self.open_if_saved(OpenRequest {
-                    path,
-                    shape: None,
-                    unit: None,
-                    substance: None,
-                    ..self.request.clone()
-                });
+                self.open_another(path);
             }
             (Some(path), Purpose::SaveAs | Purpose::Export) if TetMesh::is_name(&path.to_string_lossy()) => {
                 self.fail(strings::tetrahedra_not_written(&path));

@@ -20,7 +20,8 @@ pub use measure::{Measurement, measure_without_window};
 use crate::arguments::Arguments;
 use crate::gl::{Line, Shading, Stereo, SurfaceRenderer, Wireframe};
 use crate::opening::OpenRequest;
-use crate::sim::{Abandoned, Command, ModelFormat, Notice, Simulation, Status, abandoned};
+use crate::recent::recent_files;
+use crate::sim::{Abandoned, Command, ModelFormat, Notice, Simulation, Status, abandoned, state_folder};
 use crate::strings;
 
 use crate::tools::{ToolKind, ToolSettings};
@@ -92,6 +93,8 @@ pub struct App {
     tools: Vec<ToolKind>,
     tool: usize,
     settings: ToolSettings,
+    /// Files that were opened last, the newest first.
+    recent: Vec<PathBuf>,
     /// Where Save writes.
     save_path: Option<PathBuf>,
     /// Number of strokes that the saved file has, and whether any was made or taken back since.
@@ -150,6 +153,8 @@ impl App {
             tools: ToolKind::all(),
             tool: 0,
             settings: ToolSettings::default(),
+            // What is wrong with the list is told when a file is opened.
+            recent: state_folder().and_then(|folder| recent_files(&folder).ok()).unwrap_or_default(),
             save_path: None,
             saved_strokes: Some(0),
             after_save: None,
@@ -323,7 +328,9 @@ impl App {
                 self.opened_young = is_solid.then_some(self.request.solid.young);
                 self.model = Some(model);
                 self.open_remembered_reference();
+                self.remember_opened();
                 self.resize_tool();
+                self.set_brush();
             }
             Notice::Failed(text) => {
                 self.model = None;
@@ -391,6 +398,12 @@ impl App {
         // A larger ball meets more of the surface, so the spring to the hand grows as the contact does: with the radius.
         let (radius, coupling) = (self.settings.size * hand.radius, self.settings.size * hand.coupling);
         self.send(Command::ResizeTool { radius, coupling });
+    }
+
+    /// Gives the edits of the session the strength and the falloff that are set.
+    fn set_brush(&mut self) {
+        let ToolSettings { brush, falloff, .. } = self.settings;
+        self.send(Command::SetBrush { strength: brush, falloff });
     }
 
     /// Asks for a stiffness, as a factor of that at the opening.

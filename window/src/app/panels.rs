@@ -9,6 +9,7 @@ use crate::tools::ToolSettings;
 use crate::view::{Projection, UpAxis};
 use eframe::egui::{self, Color32, Slider};
 use pliant_editor::{LengthUnit, SOLIDS, SolidPreset, Substance, format_length, stiffness_word};
+use pliant_engine::edit::Falloff;
 use pliant_engine::scene::Release;
 
 impl App {
@@ -85,8 +86,7 @@ impl App {
             ui.add(Slider::new(&mut self.settings.cut_depth, 0.05..=2.0).max_decimals(2).text(strings::CUT_DEPTH));
             return;
         }
-        let strength = Slider::new(&mut self.settings.strength, ToolSettings::STRENGTHS).logarithmic(true);
-        ui.add(strength.max_decimals(2).text(strings::STRENGTH));
+        self.brush_controls(ui);
         if self.tools[self.tool].paints() {
             self.paint_controls(ui);
         }
@@ -95,6 +95,27 @@ impl App {
         }
         ui.radio_value(&mut self.settings.release, Release::Keep, strings::KEEP);
         ui.radio_value(&mut self.settings.release, Release::SpringBack, strings::SPRING_BACK);
+    }
+
+    /// Strength and falloff of strokes, as far as the tool has them.
+    fn brush_controls(&mut self, ui: &mut egui::Ui) {
+        let (tool, before) = (self.tools[self.tool], self.settings);
+        if let Some(strength) = self.settings.strength_mut(tool) {
+            let slider = Slider::new(strength, ToolSettings::STRENGTHS).logarithmic(true).max_decimals(2);
+            ui.add(slider.text(strings::STRENGTH)).on_hover_text(strings::strength_hint(tool.strength()));
+        }
+        if tool.has_falloff() {
+            let name = |falloff: Falloff| strings::FALLOFFS[falloff as usize];
+            let shown = egui::ComboBox::from_label(strings::FALLOFF).selected_text(name(self.settings.falloff));
+            shown.show_ui(ui, |ui| {
+                for falloff in Falloff::ALL {
+                    ui.selectable_value(&mut self.settings.falloff, falloff, name(falloff));
+                }
+            });
+        }
+        if (self.settings.brush, self.settings.falloff) != (before.brush, before.falloff) {
+            self.set_brush();
+        }
     }
 
     /// Which parameter of the material strokes paint.

@@ -58,7 +58,7 @@ impl App {
 
     /// Shows again what was last shown with the model that has been opened.
     pub(super) fn open_remembered_reference(&mut self) {
-        let read = self.reference_folder().map(|folder| remembered(&folder, &self.request.path));
+        let read = self.state_folder().map(|folder| remembered(&folder, &self.request.path));
         let settings = read.transpose().unwrap_or_else(|error| {
             self.tell(format!("the reference image is not known: {error}"));
             None
@@ -72,7 +72,8 @@ impl App {
         self.reference.loading = settings.map(|settings| ReferenceLoad::start(settings, self.context.clone()));
     }
 
-    fn reference_folder(&self) -> Option<PathBuf> {
+    /// Folder of what is remembered from one session to the next; `None` without a home folder.
+    pub(super) fn state_folder(&self) -> Option<PathBuf> {
         self.request.autosave.clone().or_else(state_folder)
     }
 
@@ -106,7 +107,7 @@ impl App {
             return;
         }
         let written = settings.cloned();
-        if let Some(folder) = self.reference_folder()
+        if let Some(folder) = self.state_folder()
             && let Err(error) = remember(&folder, &self.request.path, written.as_ref())
         {
             self.tell(format!("the reference image is not remembered: {error}"));

@@ -197,7 +197,7 @@ impl App {
         if let (true, Some(began_ray)) = (began, began_ray) {
             let depth = match tool.gesture() {
                 Gesture::Slice => self.settings.cut_depth * model.facts.hand.size,
-                _ => self.settings.strength * radius,
+                _ => self.settings.depth_of(tool) * radius,
             };
             let back = self.camera.axes()[2];
             let focus = self.camera.target.coords;
@@ -266,7 +266,8 @@ impl App {
         }
         for (key, factor) in [(Key::Minus, 1.0_f64 / KEY_STEP), (Key::Equals, KEY_STEP)] {
             if presses(key) > 0 {
-                self.settings.strengthen(factor.powi(presses(key)));
+                self.settings.strengthen(self.tools[self.tool], factor.powi(presses(key)));
+                self.set_brush();
             }
         }
         for (key, factor) in [(Key::Comma, 1.0_f64 / STIFFNESS_KEY_STEP), (Key::Period, STIFFNESS_KEY_STEP)] {
@@ -440,6 +441,10 @@ impl App {
         } else if let (Some(hit), Some(_), false) = (hit, pointer, tool.gesture() == Gesture::Slice) {
             let colour = if is_busy { Color32::from_rgb(255, 170, 40) } else { Color32::from_rgb(120, 210, 255) };
             overlay::ring(&painter, frame, hit.at.point.into(), hit.at.normal, radius, colour);
+            if let Some(region) = tool.region() {
+                let faint = colour.gamma_multiply(0.35);
+                overlay::ring(&painter, frame, hit.at.point.into(), hit.at.normal, region * radius, faint);
+            }
             if let Some(plane) = self.settings.mirror.map(|axis| model.mirror(axis)) {
                 let (point, normal) = (plane.point(hit.at.point), plane.direction(hit.at.normal));
                 overlay::ring(&painter, frame, point.into(), normal, radius, colour.gamma_multiply(0.6));

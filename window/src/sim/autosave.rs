@@ -1,5 +1,6 @@
 //! Autosave: after each stroke that has changed something the shape is written beside the user's other state, so that a crash loses the stroke
-//! under way and no more. A thread of its own writes it, unless the model was cut.
+//! under way and no more. It is written when nothing has happened for a second, or when the next stroke begins; only where strokes follow each
+//! other faster than the file system writes, some are written together. A thread of its own writes it, unless the model was cut.
 //!
 //! Each session has a folder with a file that it keeps locked; a folder whose lock is free belongs to a session that has ended
 //! without closing, and its shape is offered at the next start. The model file itself is written by Save alone.
@@ -7,7 +8,7 @@
 use super::export::write_together;
 use super::shape_copy::ShapeCopy;
 use crate::opening::OpenRequest;
-use pliant_editor::LengthUnit;
+use pliant_editor::{LengthUnit, SOLIDS, SolidPreset, Substance};
 use pliant_engine::session::Session;
 use pliant_mesh::ObjDocument;
 use serde::{Deserialize, Serialize};
@@ -49,6 +50,51 @@ struct Note {
     /// The model or scene as the user knows it.
     path: PathBuf,
     unit: Option<LengthUnit>,
+    /// What it was made of; `None` in notes of older programs.
+    #[serde(default)]
+    material: Option<NotedMaterial>,
+}
+
+/// What a model was made of when it was opened.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct NotedMaterial {
+    substance: Option<Substance>,
+    subdivide: bool,
+    /// Name of the preset, and the numbers that may differ from it: Pa, kg/m^3 and s.
+    preset: String,
+    young: f64,
+    density: f64,
+    damping_time: f64,
+    plugin: String,
+    fabric: String,
+    level: u32,
+}
+
+impl NotedMaterial {
+    fn of(request: &OpenRequest) -> Self {
+        let SolidPreset { name, young, density, damping_time, .. } = request.solid;
+        Self {
+            substance: request.substance,
+            subdivide: request.subdivide,
+            preset: name.to_owned(),
+            young,
+            density,
+            damping_time,
+            plugin: request.solid_plugin.clone(),
+            fabric: request.fabric.clone(),
+            level: request.level,
+        }
+    }
+
+    /// Asks for this material in a request.
+    fn give(&self, request: &mut OpenRequest) {
+        if let Some(preset) = SOLIDS.iter().find(|preset| preset.name == self.preset) {
+            let (young, density, damping_time) = (self.young, self.density, self.damping_time);
+            request.solid = SolidPreset { young, density, damping_time, ..*preset };
+        }
+        (request.substance, request.subdivide, request.level) = (self.substance, self.subdivide, self.level);
+        (request.solid_plugin, request.fabric) = (self.plugin.clone(), self.fabric.clone());
+    }
 }
 
 /// The shape of a session that has ended without closing.
@@ -61,7 +107,7 @@ pub struct Abandoned {
 impl Autosave {
     pub(super) fn new(request: &OpenRequest) -> Self {
         let path = std::path::absolute(&request.path).unwrap_or_else(|_| request.path.clone());
-        let note = Note { path, unit: request.unit };
+        let note = Note { path, unit: request.unit, material: Some(NotedMaterial::of(request)) };
         // A shape that is not the one of the file is written at once.
         let states = request.autosave.clone().or_else(state_folder);
         Self {
@@ -82,9 +128,11 @@ impl Autosave {
         (self.is_pending, self.since) = (true, now);
     }
 
-    /// A stroke begins: what is to be written waits for its end.
-    pub(super) fn begin_stroke(&mut self) {
-        self.is_busy = true;
+    /// A stroke begins: what is to be written waits for its end. Returns whether the shape must be written before it, so that it is not lost with this stroke.
+    #[must_use]
+    pub(super) fn begin_stroke(&mut self) -> bool {
+        let is_first = !std::mem::replace(&mut self.is_busy, true);
+        is_first && self.is_pending && self.is_free()
     }
 
     /// The stroke has ended, at `now` (s).
@@ -94,8 +142,12 @@ impl Autosave {
 
     /// Whether it is time to write.
     pub(super) fn is_due(&self, now: f64) -> bool {
-        let is_free = self.writing.as_ref().is_none_or(JoinHandle::is_finished);
-        is_free && self.is_pending && !self.is_busy && now >= self.since + IDLE
+        self.is_free() && self.is_pending && !self.is_busy && now >= self.since + IDLE
+    }
+
+    /// Whether nothing is being written.
+    fn is_free(&self) -> bool {
+        self.writing.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
     /// Writes the shape: a copy of it on a thread of its own, or, after a cut, at once.
@@ -217,10 +269,15 @@ impl Abandoned {
     /// Opens the shape in the place of what is asked for in `like`. The shape is in the folder of the session until it is discarded.
     pub fn request(&self, like: &OpenRequest) -> OpenRequest {
         let shape = Some(self.folder.join(SHAPE));
-        OpenRequest { path: self.note.path.clone(), unit: self.note.unit, substance: None, shape, ..like.clone() }
+        let mut request =
+            OpenRequest { path: self.note.path.clone(), unit: self.note.unit, substance: None, shape, ..like.clone() };
+        if let Some(material) = &self.note.material {
+            material.give(&mut request);
+        }
+        request
     }
 
-    /// Removes the journal: what it holds is saved or not wanted.
+    /// Removes the shape and its note: they are saved or not wanted.
     pub fn discard(self) {
         let _ = fs::remove_dir_all(self.folder);
     }
@@ -235,7 +292,11 @@ mod tests {
         let states = tempfile::tempdir().unwrap();
         let folder = states.path().join("1-0");
         fs::create_dir_all(&folder).unwrap();
-        let note = Note { path: "/models/a.obj".into(), unit: Some(LengthUnit::Millimetre) };
+        let mut opened =
+            OpenRequest { substance: Some(Substance::Solid), level: 5, ..OpenRequest::new(PathBuf::new()) };
+        opened.solid = SolidPreset { young: 7e3, ..SOLIDS[3] };
+        let material = Some(NotedMaterial::of(&opened));
+        let note = Note { path: "/models/a.obj".into(), unit: Some(LengthUnit::Millimetre), material };
         fs::write(folder.join(NOTE), serde_json::to_vec(&note).unwrap()).unwrap();
         fs::write(folder.join(SHAPE), "v 0 0 0\n").unwrap();
         let lock = File::create(folder.join(LOCK)).unwrap();
@@ -244,6 +305,7 @@ mod tests {
         drop(lock);
         let found = abandoned_in(states.path()).pop().expect("one that has ended");
         let request = found.request(&OpenRequest::new(PathBuf::new()));
+        assert_eq!((request.solid, request.level, request.substance), (opened.solid, 5, opened.substance));
         assert_eq!((request.path, request.shape), ("/models/a.obj".into(), Some(folder.join(SHAPE))));
         found.discard();
         assert_eq!(abandoned_in(states.path()), []);
@@ -255,10 +317,13 @@ mod tests {
         assert!(!autosave.is_due(100.0));
         autosave.need(1.0);
         assert!(!autosave.is_due(1.5) && autosave.is_due(2.0));
-        autosave.begin_stroke();
+        assert!(autosave.begin_stroke(), "the shape before this stroke would be lost with it");
+        assert!(!autosave.begin_stroke(), "a mirrored hand begins no other stroke");
         autosave.need(3.0);
         assert!(!autosave.is_due(50.0));
         autosave.end_stroke(50.0);
         assert!(!autosave.is_due(50.5) && autosave.is_due(51.0));
+        autosave.is_pending = false;
+        assert!(!autosave.begin_stroke(), "there is nothing to write");
     }
 }

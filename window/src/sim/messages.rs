@@ -6,6 +6,7 @@ use crate::opening::ModelFacts;
 use pliant_editor::DeviceHand;
 use pliant_editor::surface::ViewSurface;
 use pliant_engine::body::Model;
+use pliant_engine::edit::Falloff;
 use pliant_engine::session::{SculptLayerState, SessionCommand, StiffnessState, Warning};
 use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::{LiveSummary, PointerHandle, ViewReader};
@@ -32,6 +33,13 @@ pub enum Command {
         radius: f64,
         /// N/m
         coupling: f64,
+    },
+    /// Give strokes another strength and falloff; the next one has them.
+    SetBrush {
+        /// Factor of the strength that the edits were opened with.
+        strength: f64,
+        /// How it decreases from the centre of the region to its radius.
+        falloff: Falloff,
     },
     /// Give all bodies a stiffness; they get there without a jump of the force.
     SetStiffness {

@@ -100,14 +100,14 @@ fn work(
             }
         }
         let now = live.seconds();
-        let mut changed = false;
+        let (mut changed, mut save_now) = (false, false);
         // A stroke that has begun in the step is known by its name before the history is looked at.
         match change {
             StrokeChange::None => {}
             StrokeChange::Began(name) => {
                 in_stroke = true;
                 log.begin(name);
-                autosave.begin_stroke();
+                save_now |= autosave.begin_stroke();
             }
             StrokeChange::Ended => {
                 in_stroke = false;
@@ -119,7 +119,7 @@ fn work(
                 Command::BeginStroke(name) => {
                     in_stroke = true;
                     log.begin(name);
-                    autosave.begin_stroke();
+                    save_now |= autosave.begin_stroke();
                 }
                 Command::EndStroke => {
                     in_stroke = false;
@@ -136,6 +136,9 @@ fn work(
                 Command::JumpTo(count) => jump_to(&mut session, &mut session_file, count),
                 Command::ResizeTool { radius, coupling } => {
                     session_file.apply(&mut session, SessionCommand::ResizeTools { radius, coupling });
+                }
+                Command::SetBrush { strength, falloff } => {
+                    session_file.apply(&mut session, SessionCommand::SetBrush { strength, falloff });
                 }
                 Command::SetStiffness { factor } => {
                     session_file.apply(&mut session, SessionCommand::SetStiffness { factor });
@@ -183,7 +186,7 @@ fn work(
         if let Err(text) = autosave.poll() {
             notifier.send(Notice::Message(text));
         }
-        if autosave.is_due(now) {
+        if save_now || autosave.is_due(now) {
             session.update_surface();
             if let Err(text) = autosave.save(&session, &cap_material) {
                 notifier.send(Notice::Message(text));
@@ -289,6 +292,7 @@ fn layer_change(command: &SessionCommand) -> &'static str {
         | SessionCommand::Redo
         | SessionCommand::ResizeTools { .. }
         | SessionCommand::SplitBody { .. }
+        | SessionCommand::SetBrush { .. }
         | SessionCommand::SetStiffness { .. } => "",
     }
 }

@@ -33,6 +33,9 @@ pub enum Falloff {
 }
 
 impl Falloff {
+    /// Every falloff, in the order of their numbers in recordings.
+    pub const ALL: [Self; 6] = [Self::Smooth, Self::Sphere, Self::Root, Self::Sharp, Self::Linear, Self::Constant];
+
     /// Weight, 0 to 1, at a distance of `r` radii; 0 for `r >= 1`.
     pub fn weight(self, r: f64) -> f64 {
         if r >= 1.0 {
@@ -167,12 +170,9 @@ impl Brush {
 mod tests {
     use super::*;
 
-    const ALL: [Falloff; 6] =
-        [Falloff::Smooth, Falloff::Sphere, Falloff::Root, Falloff::Sharp, Falloff::Linear, Falloff::Constant];
-
     #[test]
     fn every_falloff_decreases_from_one_at_the_centre_to_zero_at_the_radius() {
-        for falloff in ALL {
+        for falloff in Falloff::ALL {
             assert_eq!(falloff.weight(0.0), 1.0, "{falloff:?}");
             assert_eq!((falloff.weight(1.0), falloff.weight(7.0)), (0.0, 0.0), "{falloff:?}");
             let weights: Vec<f64> = (0..=100).map(|i| falloff.weight(f64::from(i) / 100.0)).collect();

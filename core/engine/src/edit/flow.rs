@@ -81,7 +81,7 @@ pub(super) struct RestShapeFlow {
 impl RestShapeFlow {
     /// Begins an edit towards `goal`, with the rate `default` (1/s) unless the edit has a `strength`.
     pub fn begin(edit: &Edit, tool: &Tool, default: f64, goal: GoalDisplacement) -> Box<dyn Action> {
-        let rate = edit.strength.unwrap_or(default);
+        let rate = edit.strength_or(default);
         let flow = Self { rate, goal, brush: Brush::default(), change: RestChange::default() };
         ChangingTouch::begin(BrushShape::of(edit, tool), flow)
     }

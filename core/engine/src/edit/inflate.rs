@@ -50,7 +50,7 @@ impl EditKind for Pressure {
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
         Box::new(Pressing {
             shape: BrushShape::of(edit, tool),
-            pressure: self.sign * edit.strength.unwrap_or(PRESSURE),
+            pressure: self.sign * edit.strength_or(PRESSURE),
             at: None,
             brush: Brush::default(),
             force: Vec::new(),

@@ -57,7 +57,7 @@ pub struct Strength {
 }
 
 /// Default `radius`, in radii of the tool.
-pub(crate) const DEFAULT_RADIUS: f64 = 3.0;
+pub const DEFAULT_RADIUS: f64 = 3.0;
 
 /// The key `radius` of edit kinds with a soft region.
 pub(super) const RADIUS: Key = Key {

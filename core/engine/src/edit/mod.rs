@@ -28,7 +28,7 @@ mod touch_stroke;
 pub use brush::{Brush, BrushShape, Falloff};
 pub use cut::{BladeEdge, CutStep};
 pub(crate) use grip::GRIP_REACH;
-pub use key::{Key, KeyName, Strength};
+pub use key::{DEFAULT_RADIUS, Key, KeyName, Strength};
 
 use crate::body::{Body, EmbeddedPoint, LatticeError};
 use crate::plan::Edit;

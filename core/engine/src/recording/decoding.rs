@@ -1,6 +1,7 @@
 //! Decoding of poses, devices, lapses and commands from little-endian bytes. `pliant_record` encodes them.
 
 use super::format::PEAK_TORQUE_VERSION;
+use crate::edit::Falloff;
 use crate::session::{Lapse, SessionCommand, Stage};
 use pliant_host::{DeviceInfo, Pose};
 use pliant_solver::Vec3;
@@ -135,6 +136,11 @@ impl<'a> ByteReader<'a> {
                 let (body, has_triangle, triangle) = (self.u32()?, self.byte()?, self.u32()?);
                 (has_triangle <= 1)
                     .then_some(SessionCommand::SplitBody { body, triangle: (has_triangle == 1).then_some(triangle) })
+            }
+            11 => {
+                let falloff = *Falloff::ALL.get(usize::from(self.byte()?))?;
+                let [strength] = self.numbers()?;
+                (strength.is_finite() && strength > 0.0).then_some(SessionCommand::SetBrush { strength, falloff })
             }
             _ => None,
         }

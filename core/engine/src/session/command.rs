@@ -2,6 +2,7 @@
 
 use super::Session;
 use crate::body::Division;
+use crate::edit::Falloff;
 
 /// A request to a session between two steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +17,13 @@ pub enum SessionCommand {
         radius: f64,
         /// N/m, stiffness of the virtual coupling, above 0
         coupling: f64,
+    },
+    /// Has the strokes that begin from now on act with another strength, but for those that paint, and with another falloff.
+    SetBrush {
+        /// Factor of the strength that the scene gives each edit, above 0.
+        strength: f64,
+        /// How the weight decreases from the centre of the region to its radius.
+        falloff: Falloff,
     },
     /// Gives every body another stiffness. It gets there at a limited rate, so that the force on a hand that holds it does not jump.
     SetStiffness {
@@ -77,6 +85,12 @@ impl Session {
                     slot.tool.coupling.stiffness = coupling;
                 }
                 !self.tools.is_empty()
+            }
+            SessionCommand::SetBrush { strength, falloff } => {
+                for edit in &mut self.plan.edits {
+                    (edit.strength_factor, edit.falloff) = (strength, falloff);
+                }
+                !self.plan.edits.is_empty()
             }
             SessionCommand::SetStiffness { factor } => self.want_stiffness(factor),
             SessionCommand::SplitBody { body, triangle } => {

@@ -91,5 +91,9 @@ pub(super) fn put_command(out: &mut Vec<u8>, command: &SessionCommand) {
             out.push(u8::from(triangle.is_some()));
             out.extend_from_slice(&triangle.unwrap_or(0).to_le_bytes());
         }
+        SessionCommand::SetBrush { strength, falloff } => {
+            out.extend_from_slice(&[11, *falloff as u8]);
+            put_numbers(out, &[*strength]);
+        }
     }
 }
