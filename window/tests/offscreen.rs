@@ -283,7 +283,7 @@ fn a_reference_image_stands_upright_behind_the_model() {
         let [r, g, b] = colours[usize::from(x >= 32) + 2 * usize::from(y >= 32)];
         Rgba([r, g, b, 255])
     });
-    offscreen.renderer.upload_reference(&image);
+    offscreen.renderer.upload_reference(&image).unwrap();
     // The picture sees 1.5 m to each side; the image has 1.2 m.
     let corners = [[-1.2, -1.2, -1.1], [1.2, -1.2, -1.1], [-1.2, 1.2, -1.1], [1.2, 1.2, -1.1]];
     for (opacity, background) in [(1.0_f32, 0.0_f32), (0.5, 0.5)] {
