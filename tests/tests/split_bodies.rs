@@ -305,3 +305,48 @@ fn a_part_can_be_cut_and_split_again() {
     }
     assert!(seen > 2, "{seen}");
 }
+
+/// `split = true` of a scene's cut leaves a file for each part with the faces of the whole, and a recording of it is replayed to the bit.
+#[test]
+fn a_scene_splits_what_it_has_cut() {
+    let bench = Bench::new();
+    bench.write(
+        "scene.toml",
+        r#"
+        format = 1
+        [time]
+        duration = 0.45
+        integrator = "backward-euler"
+        [[body]]
+        name = "block"
+        shape = { kind = "box", cells = 8, size = [0.04, 0.04, 0.04] }
+        material = { plugin = "mass-spring", params = { young = "200 kPa", damping-time = "2 ms" } }
+        grid = { level = 4, region = "whole" }
+        [[device]]
+        name = "hand"
+        params = { path = [[0, 0.004, -0.05, 0.035], [0.3, 0.006, -0.05, -0.035]] }
+        [[tool]]
+        name = "knife"
+        device = "hand"
+        radius = "1 mm"
+        blade = { length = "100 mm", direction = [0, 1, 0] }
+        [[edit]]
+        kind = "cut"
+        tool = "knife"
+        end = 0.4
+        split = true
+        "#,
+    );
+    let run = |arguments: &[&str]| bench.pliant(&[&["run", "scene.toml", "-q"], arguments].concat()).expect(0);
+    run(&["--out", "parts", "--record", "hand.rec"]);
+    run(&["--out", "whole", "--set", "edit.0.split=false"]);
+    let faces = |name: &str| bench.read(name).split(|b| *b == b'\n').filter(|line| line.starts_with(b"f ")).count();
+    let parts = ["parts/final-block.obj", "parts/final-block-2.obj"];
+    assert_eq!(parts.map(faces).iter().sum::<usize>(), faces("whole/final.obj"));
+    bench.pliant(&["replay", "hand.rec", "--verify", "-q", "--out", "again"]).expect(0);
+    for name in parts {
+        assert!(bench.read(name) == bench.read(&name.replace("parts", "again")), "{name}");
+    }
+    let refused = bench.pliant(&["run", "scene.toml", "--set", "edit.0.kind=touch"]).expect(2);
+    refused.says(&["`touch` does not read `split`"]);
+}
