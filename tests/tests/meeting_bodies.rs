@@ -3,7 +3,9 @@
 use pliant_engine::session::Session;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::Random;
-use pliant_tests::open;
+use pliant_mesh::testing::tetrahedra::{TetBox, TetFormat};
+use pliant_tests::tetrahedral::orders;
+use pliant_tests::{Bench, open, open_file};
 
 const G: f64 = 9.81;
 
@@ -487,4 +489,53 @@ fn a_cut_body_stays_in_contact() {
     assert_ne!(session.contact_force(1), Vec3::zeros(), "in contact");
     assert!(session.bodies[1].system.nodes.len() > nodes, "it was cut");
     assert_eq!(session.crossings(0, 1).expect("surfaces"), 0);
+}
+
+/// Two boxes of linear, quadratic and curved tetrahedra fall onto each other; the lower one is held.
+#[test]
+fn tetrahedral_meshes_of_each_order_meet() {
+    for (number, mesh) in orders(&TetBox::new([2, 2, 2], [0.02, 0.02, 0.02], 0.1, 5)).iter().enumerate() {
+        let bench = Bench::new();
+        bench.write("box.msh", mesh.bytes(TetFormat::Msh4));
+        let body = |name: &str, height: f64, more: &str| {
+            format!(
+                "[[body]]\nname = \"{name}\"\nmesh = \"box.msh\"\nposition = [0, 0, {height:?}]\nmeets = true\nmaterial = {{ plugin = \"neo-hookean\", \
+                 params = {{ young = 5e4, poisson = 0.3, density = 1000, damping-time = 2e-3 }} }}\n{more}\n"
+            )
+        };
+        let fixed = "fixed = [{ box = [[-1, -1, -1], [1, 1, 0.002]] }]";
+        let bodies = body("below", 0.0, fixed) + &body("above", 0.022, "");
+        let text = scene([0.0, 0.0, -G], "dt = 0.002\nduration = 1\nintegrator = \"backward-euler\"", &bodies);
+        let mut session = open_file(&bench.write("scene.toml", text), 1, None);
+        let first = energy(&mut session, G);
+        run(&mut session, 0.5);
+        assert_eq!(session.crossings(0, 1).expect("surfaces"), 0, "order {number}");
+        let weight = G * session.bodies[1].system.nodes.mass.iter().sum::<f64>();
+        let force = session.contact_force(1)[2];
+        assert!((force - weight).abs() < 0.01 * weight, "order {number}: {force} N carries {weight} N");
+        assert!(energy(&mut session, G) < first, "order {number}");
+    }
+}
+
+/// A finger presses a block that lies on another one and keeps the dent, which is undone; the recording of it gives the same state, to the bit.
+#[test]
+fn an_undo_in_contact_is_replayed_to_the_bit() {
+    let bench = Bench::new();
+    let cube = "{ kind = \"box\", cells = 4, size = [0.02, 0.02, 0.02] }";
+    let fixed = "fixed = [{ box = [[-1, -1, -1], [1, 1, -0.009]] }]";
+    let bodies = solid("below", cube, [0.0; 3], 3, 5e4, fixed) + &solid("above", cube, [0.0, 0.0, 0.0205], 3, 5e4, "");
+    let finger = "[[device]]\nname = \"hand\"\n[device.params]\npath = [[0.0, 0.0, 0.0, 0.04], [0.1, 0.0, 0.0, 0.033], [0.2, 0.0, 0.0, 0.05]]\n\
+         [[tool]]\nname = \"finger\"\ndevice = \"hand\"\nradius = \"4 mm\"\n\
+         [[edit]]\nkind = \"touch\"\ntool = \"finger\"\nend = \"0.15 s\"\nrelease = \"keep\"\n[[edit]]\nkind = \"undo\"\nstart = \"0.25 s\"\n";
+    let time = "dt = 0.002\nduration = 0.35\nintegrator = \"backward-euler\"";
+    let text = scene([0.0, 0.0, -G], time, &(bodies + finger)).replace("1e-10", "1e-5");
+    bench.write("scene.toml", &text);
+    bench.pliant(&["run", "scene.toml", "-q", "--out", "first", "--record", "hand.rec"]).expect(0);
+    bench.write("kept.toml", text.replace("[[edit]]\nkind = \"undo\"\nstart = \"0.25 s\"\n", ""));
+    bench.pliant(&["run", "kept.toml", "-q", "--out", "kept"]).expect(0);
+    assert!(bench.read("first/final-above.obj") != bench.read("kept/final-above.obj"), "the dent was undone");
+    bench.pliant(&["replay", "hand.rec", "--verify", "-q", "--out", "again"]).expect(0);
+    for name in ["final-below.obj", "final-above.obj"] {
+        assert!(bench.read(&format!("first/{name}")) == bench.read(&format!("again/{name}")), "{name}");
+    }
 }
