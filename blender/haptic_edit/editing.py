@@ -20,7 +20,7 @@ PEAK_SHARE = 4.0
 # N/m, spring of a hand on a sheet.
 SHEET_COUPLING = 200.0
 # Pressure of an inflating stroke over Young's modulus of a solid, and on a sheet, Pa.
-PRESSURE_SHARE = 0.05
+PRESSURE_SHARE = 0.15
 SHEET_PRESSURE = 50.0
 # Speed at which a hand is followed, sizes of the mesh in a second.
 SPEED = 20.0

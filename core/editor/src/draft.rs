@@ -61,8 +61,8 @@ const PEAK_SHARE: f64 = 4.0;
 const SHEET_COUPLING: f64 = 200.0;
 /// Plugin of the material of a tetrahedral mesh.
 const TETRAHEDRAL_PLUGIN: &str = "neo-hookean";
-/// Pressure of an inflating stroke relative to Young's modulus: a dome that is seen, of strains that a solid bears.
-const PRESSURE_SHARE: f64 = 0.05;
+/// Pressure of an inflating stroke relative to Young's modulus: a bulge of about a twelfth of the region's radius, three times as high at the greatest strength.
+const PRESSURE_SHARE: f64 = 0.15;
 /// Pressure of an inflating stroke on a sheet, some twenty times the weight of a cloth, Pa.
 const SHEET_PRESSURE: f64 = 50.0;
 /// Mass of a tip on a sheet, as in a live run, kg.
