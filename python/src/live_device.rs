@@ -20,7 +20,7 @@ const GLIDE: f64 = 1.0 / 60.0;
 pub struct Lead {
     /// Index of the tool.
     pub tool: usize,
-    /// The device.
+    /// The device itself: opened for this hand, or taken from that of another session.
     pub device: LeadDevice,
     /// Plugin of the device.
     pub name: String,

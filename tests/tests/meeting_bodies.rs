@@ -1,5 +1,6 @@
 //! Bodies meet each other: momentum stays, energy does not grow, nothing passes through.
 
+use pliant_engine::body::Division;
 use pliant_engine::session::Session;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::Random;
@@ -538,4 +539,46 @@ fn an_undo_in_contact_is_replayed_to_the_bit() {
     for name in ["final-below.obj", "final-above.obj"] {
         assert!(bench.read(&format!("first/{name}")) == bench.read(&format!("again/{name}")), "{name}");
     }
+}
+
+/// A body of two blocks that lie on another one is split, and joined again by an undo: the parts meet what the whole met.
+#[test]
+fn parts_of_a_body_meet_what_the_whole_meets() {
+    let bench = Bench::new();
+    let block = |first: usize, x: f64| {
+        let corner = |i: usize| {
+            let at = |bit: usize| if i >> bit & 1 == 1 { 0.01 } else { 0.0 };
+            format!("v {} {} {}\n", x + at(0), at(1), at(2))
+        };
+        let faces = [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]];
+        let face = |f: [usize; 4]| format!("f {} {} {} {}\n", f[0] + first, f[1] + first, f[2] + first, f[3] + first);
+        (0..8).map(corner).chain(faces.map(face)).collect::<String>()
+    };
+    bench.write("two.obj", block(0, -0.018) + &block(8, 0.008));
+    let below = "{ kind = \"box\", cells = 8, size = [0.05, 0.03, 0.02] }";
+    let fixed = "fixed = [{ box = [[-1, -1, -1], [1, 1, -0.008]] }]";
+    let above = solid("above", "\"\"", [0.0, -0.005, 0.0105], 4, 5e4, "scale = 1\nsubdivide = \"2.5 mm\"")
+        .replace("shape = \"\"", "mesh = \"two.obj\"");
+    let bodies = solid("below", below, [0.0; 3], 4, 5e4, fixed) + &above;
+    let text = scene([0.0, 0.0, -G], "dt = 0.002\nduration = 1\nintegrator = \"backward-euler\"", &bodies);
+    let mut session = open_file(&bench.write("scene.toml", text.replace("1e-10", "1e-6")), 1, None);
+    session.keep_history();
+    run(&mut session, 0.1);
+    let weight = G * session.bodies[1].system.nodes.mass.iter().sum::<f64>();
+    let rests = |session: &mut Session, parts: std::ops::RangeInclusive<usize>, what: &str| {
+        let until = session.time() + 0.3;
+        run(session, until);
+        let carried = -session.contact_force(0)[2];
+        assert!((carried - weight).abs() < 0.02 * weight, "{what}: {carried} N of {weight} N");
+        for part in parts {
+            assert_eq!(session.crossings(0, part).expect("surfaces"), 0, "{what}: part {part}");
+        }
+    };
+    rests(&mut session, 1..=1, "whole");
+    session.split(1, Division::EachPart).expect("two parts");
+    assert_eq!(session.bodies.len(), 3);
+    rests(&mut session, 1..=2, "parts");
+    assert!(session.undo());
+    assert_eq!(session.bodies.len(), 2);
+    rests(&mut session, 1..=1, "whole again");
 }

@@ -101,7 +101,7 @@ fn cut_and_moving(bench: &Bench, body: &str, seed: u64) -> Option<Session> {
     Some(session)
 }
 
-/// Takes steps.
+/// Takes this many steps of a session.
 fn steps(session: &mut Session, count: usize) {
     (0..count).for_each(|_| session.step());
 }

@@ -21,10 +21,10 @@ pub struct Crossing {
 /// A crossing on an edge: the share of the way from the lower end, the crossing, and whether what is asked for begins there on the way from the lower end.
 type OnEdge = (f64, Corner, bool);
 
-/// All crossings.
+/// The crossings of a surface and faces, by triangle, by face and by edge.
 #[derive(Default)]
 pub(super) struct Crossings {
-    /// The crossings.
+    /// Every crossing once, in the order in which it was found.
     pub all: Vec<Crossing>,
     /// Their positions by the vertices of the surface, m.
     pub places: Vec<Vec3>,

@@ -47,9 +47,9 @@ pub enum Corner {
 pub enum Left {
     /// All of it.
     Whole,
-    /// Its pieces.
+    /// Some of it, as the pieces that are listed.
     Pieces,
-    /// Nothing.
+    /// None of it: it has gone with the tetrahedra behind it.
     Nothing,
 }
 

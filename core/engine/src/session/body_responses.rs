@@ -88,6 +88,10 @@ impl Compliance for BodyResponses<'_> {
         changes.copy_from_slice(integrator.response());
         Some(report.iterations)
     }
+
+    fn is_cancelled(&self) -> bool {
+        self.session.watch.cancel.is_cancelled()
+    }
 }
 
 impl Session {

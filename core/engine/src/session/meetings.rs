@@ -87,6 +87,7 @@ impl Meetings {
             }
         }
         (self.pairs, self.near) = (pairs, vec![false; roots.len()]);
+        (self.forces, self.is_loaded) = (vec![Vec::new(); roots.len()], vec![false; roots.len()]);
         self.collisions = BodyCollisions::new(roots.len());
     }
 

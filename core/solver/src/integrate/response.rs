@@ -9,6 +9,7 @@ use super::{Integrator, Loads, Substep};
 use crate::algebra::Vec3;
 use crate::constraint::Constraint;
 use crate::force_model::{ForceError, StepTime};
+use crate::interrupts::Interrupts;
 use crate::solver::filtered_system::{FilteredSystem, SolveReport};
 use crate::system::System;
 use crate::system_scales::{HessianApproximation, SystemScales};
@@ -89,6 +90,8 @@ impl Integrator {
         tolerance: f64,
     ) -> SolveReport {
         let Some(matrix) = &system.matrix else { return SolveReport::default() };
+        // The deadline was that of the body's own step.
+        let interrupts = Interrupts { cancel: self.interrupts.cancel.clone(), deadline: None };
         self.b.copy_from_slice(impulses);
         let filtered = FilteredSystem {
             matrix,
@@ -100,7 +103,7 @@ impl Integrator {
             same_matrix: !std::mem::take(&mut self.needs_update),
             tolerance,
             max_iterations: self.max_iterations,
-            interrupts: None,
+            interrupts: Some(&interrupts),
         };
         let report = self.pcg.solve(pool, &filtered);
         if !self.has_springs && self.pcg.constrained().next().is_none() {

@@ -57,22 +57,34 @@ pub(super) fn find_impacts(candidates: &mut [Candidate], pairs: &[Pair], [from, 
     first
 }
 
-/// The candidates with the first impact of a vertex or of an edge, in the order of their times: what a feature would meet later, as the far side of a
-/// body, it does not come to meet.
-pub(super) fn first_impacts(candidates: &[Candidate]) -> Vec<u32> {
-    let mut order: Vec<u32> =
-        (0..candidates.len() as u32).filter(|at| candidates[*at as usize].impact.is_finite()).collect();
-    let time = |at: &u32| candidates[*at as usize].impact;
-    order.sort_by(|a, b| time(a).total_cmp(&time(b)).then(a.cmp(b)));
-    let mut met = HashSet::new();
-    order.retain(|at| {
-        let Candidate { kind, vertices: [a, b, c, d], .. } = candidates[*at as usize];
-        match kind {
-            Kind::VertexTriangle => met.insert([a, a]),
-            Kind::EdgeEdge => met.insert([a.min(b), a.max(b)]) | met.insert([c.min(d), c.max(d)]),
-        }
-    });
-    order
+/// The first impacts of vertices and of edges, with their buffers.
+#[derive(Default)]
+pub(super) struct FirstImpacts {
+    /// Candidates with an impact, in the order of their times.
+    order: Vec<u32>,
+    /// Vertices, as a pair of equal numbers, and edges that have met something.
+    met: HashSet<[u32; 2]>,
+}
+
+impl FirstImpacts {
+    /// Finds the candidates with the first impact of a vertex or of an edge, in the order of their times: what a feature would meet later, as the far side of
+    /// a body, it does not come to meet.
+    pub fn find(&mut self, candidates: &[Candidate]) -> &[u32] {
+        let Self { order, met } = self;
+        order.clear();
+        order.extend((0..candidates.len() as u32).filter(|at| candidates[*at as usize].impact.is_finite()));
+        let time = |at: &u32| candidates[*at as usize].impact;
+        order.sort_unstable_by(|a, b| time(a).total_cmp(&time(b)).then(a.cmp(b)));
+        met.clear();
+        order.retain(|at| {
+            let Candidate { kind, vertices: [a, b, c, d], .. } = candidates[*at as usize];
+            match kind {
+                Kind::VertexTriangle => met.insert([a, a]),
+                Kind::EdgeEdge => met.insert([a.min(b), a.max(b)]) | met.insert([c.min(d), c.max(d)]),
+            }
+        });
+        order
+    }
 }
 
 /// Lists candidates of two triangles that are near each other.

@@ -99,7 +99,7 @@ impl DualSolver {
             self.length = 1.0;
         }
         let mut theta = 1.0_f64;
-        while report.iterations < MAX_ITERATIONS {
+        while report.iterations < MAX_ITERATIONS && !bodies.is_cancelled() {
             report.iterations += 1;
             self.last_impulse.clear();
             self.last_impulse.extend(set.contacts.iter().map(|contact| contact.impulse));
@@ -275,4 +275,67 @@ impl DualSolver {
 /// Length of a vector along the surface.
 fn length([a, b]: [f64; 2]) -> f64 {
     (a * a + b * b).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contact::ContactData;
+    use super::super::features::{Kind, gap};
+    use super::*;
+    use pliant_solver::Constraint;
+
+    /// Bodies that answer with their masses, until the step is cancelled.
+    struct Masses {
+        is_cancelled: bool,
+    }
+
+    impl Compliance for Masses {
+        fn respond(&mut self, _: usize, _: &[Constraint], _: &[Vec3], _: f64, _: &mut [Vec3]) -> Option<usize> {
+            None
+        }
+
+        fn is_cancelled(&self) -> bool {
+            self.is_cancelled
+        }
+    }
+
+    /// A node of 1 kg that falls at 1 m/s onto a triangle of three nodes of 1 kg each: together they go on at a quarter of that where it meets the middle.
+    #[test]
+    fn a_node_that_falls_on_a_triangle_goes_on_with_it_and_a_cancelled_solve_ends() {
+        let x = [
+            Vec3::new(0.0, 0.0, 1e-3),
+            Vec3::new(1.0, 0.0, 0.0),
+            Vec3::new(-0.5, 0.75, 0.0),
+            Vec3::new(-0.5, -0.75, 0.0),
+        ];
+        let nodes = MeetingNodes {
+            start: x.to_vec(),
+            x: x.to_vec(),
+            v: vec![Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), Vec3::zeros(), Vec3::zeros()],
+            inverse_mass: vec![1.0; 4],
+            scale: vec![1.0; 4],
+            predicted: vec![Vec3::zeros(); 4],
+            constraint: vec![Constraint::Free; 4],
+        };
+        let carriers: [[(u32, f64); 1]; 4] = std::array::from_fn(|i| [(i as u32, 1.0)]);
+        let data =
+            ContactData { bound: 0.0, friction: [0.0; 2], thickness: 1e-3, bodies: [0, 1], key: (false, [(0, 0); 4]) };
+        let members =
+            [DualMember { body: 0, nodes: 0..1, is_moved: true }, DualMember { body: 1, nodes: 1..4, is_moved: true }];
+        for is_cancelled in [false, true] {
+            let mut set = ContactSet::default();
+            set.add(&gap(Kind::VertexTriangle, &x), |i| (0, &carriers[i][..]), &nodes, data);
+            let mut dual = DualSolver::default();
+            let report = dual.solve(&mut set, (&nodes, &nodes.v), &members, &mut Masses { is_cancelled }, 1e-3);
+            assert_eq!(report.converged, !is_cancelled);
+            if is_cancelled {
+                assert_eq!(report.iterations, 0);
+                continue;
+            }
+            let ends: Vec<f64> = nodes.v.iter().zip(&dual.changes).map(|(v, by)| v[2] + by[2]).collect();
+            // Impulse p on the node and p/3 on each corner: -1 + p = -p/3.
+            assert!((ends[0] + 0.25).abs() < 0.02, "{ends:?}");
+            assert!((ends.iter().sum::<f64>() + 1.0).abs() < 1e-12, "momentum: {ends:?}");
+        }
+    }
 }

@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-13;
 /// The solver of impulses.
 #[derive(Default)]
 pub(super) struct Impulses {
-    /// The contacts.
+    /// The contacts that are solved together, with their impulses so far.
     pub set: ContactSet,
     before: Vec<Vec3>,
 }

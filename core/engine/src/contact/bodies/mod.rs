@@ -20,9 +20,9 @@ mod warm_start;
 mod zones;
 
 use crate::body::{Body, LatticeError};
-use candidates::Candidate;
+use candidates::{Candidate, FirstImpacts};
 use contact::ContactSet;
-use dual::DualSolver;
+use dual::{DualMember, DualSolver};
 use impulses::Impulses;
 use nodes::MeetingNodes;
 use pliant_solver::{Constraint, Vec3};
@@ -41,6 +41,9 @@ pub trait Compliance {
         tolerance: f64,
         changes: &mut [Vec3],
     ) -> Option<usize>;
+
+    /// Whether the step is cancelled: the solve then ends with what it has, and the step with impulses by masses alone.
+    fn is_cancelled(&self) -> bool;
 }
 
 /// How a body meets others.
@@ -147,6 +150,9 @@ pub struct BodyCollisions {
     /// Contacts of the implicit solve.
     set: ContactSet,
     dual: DualSolver,
+    /// Buffers of the implicit solve: its bodies, and the impacts it begins with.
+    dual_members: Vec<DualMember>,
+    first_impacts: FirstImpacts,
     warm_start: WarmStart,
     /// Positions (m) and velocities (m/s) of the nodes at the end of the step without contact.
     free: (Vec<Vec3>, Vec<Vec3>),

@@ -1,6 +1,6 @@
 //! The collisions of a step: rounds of detection and of the implicit solve, then impulses and impact zones for what is left.
 
-use super::candidates::{find_impacts, first_impacts, list};
+use super::candidates::{find_impacts, list};
 use super::contact::{ContactData, feature_key};
 use super::dual::DualMember;
 use super::features::{Gap, Kind, gap};
@@ -59,13 +59,13 @@ impl BodyCollisions {
     fn solve_implicit(&mut self, dt: f64, bodies: &mut dyn Compliance, outcome: &mut Outcome) -> bool {
         self.free.0.clone_from(&self.nodes.x);
         self.free.1.clone_from(&self.nodes.v);
-        let members: Vec<DualMember> = (0..self.members.len())
-            .map(|at| {
-                let Member { body, node, stands, .. } = self.members[at];
-                let end = self.members.get(at + 1).map_or(self.nodes.len(), |next| next.node as usize);
-                DualMember { body: body as usize, nodes: node as usize..end, is_moved: !stands }
-            })
-            .collect();
+        let mut members = std::mem::take(&mut self.dual_members);
+        members.clear();
+        members.extend((0..self.members.len()).map(|at| {
+            let Member { body, node, stands, .. } = self.members[at];
+            let end = self.members.get(at + 1).map_or(self.nodes.len(), |next| next.node as usize);
+            DualMember { body: body as usize, nodes: node as usize..end, is_moved: !stands }
+        }));
         for at in 0..self.candidates.len() {
             let candidate = self.candidates[at];
             let pair = self.pairs[candidate.pair as usize];
@@ -85,7 +85,7 @@ impl BodyCollisions {
             }
             self.warm_start.apply(&mut self.set, if solve == 0 { 0 } else { first });
             let is_idle = self.set.is_empty() && !self.has_predicted();
-            if is_idle || (solve > 0 && self.set.contacts.len() == first) {
+            if is_idle || bodies.is_cancelled() || (solve > 0 && self.set.contacts.len() == first) {
                 break;
             }
             let report = self.dual.solve(&mut self.set, (&self.nodes, &self.free.1), &members, bodies, dt);
@@ -107,6 +107,7 @@ impl BodyCollisions {
                 break;
             }
         }
+        self.dual_members = members;
         self.warm_start.record(&self.set);
         let totals = &mut self.totals;
         self.set.visit(|bodies, impulse| {
@@ -123,7 +124,8 @@ impl BodyCollisions {
 
     /// Adds the contacts of the first impacts of features, with the geometry at the time of each.
     fn add_first_impacts(&mut self, dt: f64) {
-        for at in first_impacts(&self.candidates) {
+        let mut impacts = std::mem::take(&mut self.first_impacts);
+        for &at in impacts.find(&self.candidates) {
             let candidate = self.candidates[at as usize];
             let [from, to] = [&self.from, &self.to].map(|x| candidate.vertices.map(|v| x[v as usize]));
             let met: [Vec3; 4] = std::array::from_fn(|i| from[i] + candidate.impact * (to[i] - from[i]));
@@ -135,6 +137,7 @@ impl BodyCollisions {
             let open = gap.normal.dot(&start) - self.pairs[candidate.pair as usize].thickness;
             self.add_contact(&candidate, &gap, -open.max(0.0) / dt, true);
         }
+        self.first_impacts = impacts;
     }
 
     /// Applies the impulses at `time` (s) within a step of `dt` (s).

@@ -34,7 +34,7 @@ struct TreeNode {
     triangles: [u32; 2],
 }
 
-/// The tree.
+/// A binary tree of boxes around the triangles of a surface, which is refitted in every step.
 #[derive(Debug, Default)]
 pub(super) struct BoxTree {
     nodes: Vec<TreeNode>,
