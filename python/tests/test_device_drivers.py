@@ -72,22 +72,28 @@ def follow(session, arm, **params):
     return session.hand().follow("phantom", {"library": arm.path, "inkwell": "works"} | params, buttons=(0, [0], [0]))
 
 
+def press(hand, arm, height, buttons):
+    """Come onto the cube from above, down to a height (m); give where the arm is at the middle of the scene, m, and the scale of lengths."""
+    wait_until(hand, lambda: hand.state.status == "ready")
+    # What the arm has in its hand is where its tip is, but for the scale.
+    scale = hand.state.length_scale
+    middle = arm.read()[0] - hand.state.position / scale
+    # Out of the cube first, where the arm was when the session began: from inside it would push the surface out.
+    hand.guide(buttons=(0, 0, 0))
+    arm.hold(middle + np.array([0, 0, 0.09]) / scale)
+    wait_until(hand, lambda: hand.state.position[2] > 0.085)
+    hand.guide(buttons=buttons)
+    for above in np.linspace(0.09, height, 20):
+        arm.hold(middle + np.array([0, 0, above]) / scale)
+        hand.wait(hand.wait(), 20.0)
+    wait_until(hand, lambda: hand.tool("finger").contact == "cube" and hand.state.force[2] > 0.2)
+    return middle, scale
+
+
 def test_an_arm_behind_a_driver_feels_and_sculpts(arm):
     with pliant.Session(model(), allow_plugins=[arm.path.parent]) as session:
         with follow(session, arm) as hand:
-            wait_until(hand, lambda: hand.state.status == "ready")
-            # What the arm has in its hand is where its tip is, but for the scale.
-            scale = hand.state.length_scale
-            middle = arm.read()[0] - hand.state.position / scale
-            # Out of the cube first, where the arm was when the session began: from inside it would push the surface out.
-            hand.guide(buttons=(0, 0, 0))
-            arm.hold(middle + np.array([0, 0, 0.09]) / scale)
-            wait_until(hand, lambda: hand.state.position[2] > 0.085)
-            hand.guide(buttons=([1], [0], [0]))
-            for height in np.linspace(0.09, 0.04, 20):
-                arm.hold(middle + np.array([0, 0, height]) / scale)
-                hand.wait(hand.wait(), 20.0)
-            wait_until(hand, lambda: hand.tool("finger").contact == "cube" and hand.state.force[2] > 0.2)
+            middle, scale = press(hand, arm, 0.04, ([1], [0], [0]))
             tip, force, violations = arm.read()
             assert force[2] > 0.1 and np.linalg.norm(force) <= 3.3 + 1e-9 and violations == 0
             assert hand.state.strokes == 0
@@ -103,17 +109,7 @@ def test_an_arm_behind_a_driver_feels_and_sculpts(arm):
 def test_another_session_goes_on_with_an_arm_that_presses(arm, size):
     with pliant.Session(model(), allow_plugins=[arm.path.parent]) as session, pliant.Session(model(size)) as other:
         hand = follow(session, arm)
-        wait_until(hand, lambda: hand.state.status == "ready")
-        scale = hand.state.length_scale
-        middle = arm.read()[0] - hand.state.position / scale
-        hand.guide(buttons=(0, 0, 0))
-        arm.hold(middle + np.array([0, 0, 0.09]) / scale)
-        wait_until(hand, lambda: hand.state.position[2] > 0.085)
-        hand.guide(buttons=([1], [1], [1]))
-        for height in np.linspace(0.09, 0.045, 20):
-            arm.hold(middle + np.array([0, 0, height]) / scale)
-            hand.wait(hand.wait(), 20.0)
-        wait_until(hand, lambda: hand.tool("finger").contact == "cube" and hand.state.force[2] > 0.2)
+        press(hand, arm, 0.045, ([1], [1], [1]))
         felt = hand.state.force[2]
         following = other.hand("finger").follow(hand)
         assert arm.calls() == (1, 0), "neither closed nor opened"

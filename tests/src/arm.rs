@@ -113,12 +113,9 @@ impl ArmState {
 impl HapticDevice for Arm {
     fn device_info(&self) -> DeviceInfo {
         DeviceInfo {
-            size: size_of::<DeviceInfo>(),
             effectors: 1,
             buttons: 1,
             driven_axes: 3,
-            taxel_rows: 0,
-            taxel_columns: 0,
             rate: self.model.rate,
             peak_force: self.model.peak.0,
             continuous_force: self.model.peak.1,
@@ -126,9 +123,7 @@ impl HapticDevice for Arm {
             damping: 5.0,
             resolution: self.model.resolution,
             workspace: [-0.1, -0.1, -0.1, 0.1, 0.1, 0.1],
-            taxel_pitch: 0.0,
-            taxel_force: 0.0,
-            peak_torque: 0.0,
+            ..DeviceInfo::default()
         }
     }
 

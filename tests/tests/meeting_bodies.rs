@@ -557,7 +557,7 @@ fn parts_of_a_body_meet_what_the_whole_meets() {
     bench.write("two.obj", block(0, -0.018) + &block(8, 0.008));
     let below = "{ kind = \"box\", cells = 8, size = [0.05, 0.03, 0.02] }";
     let fixed = "fixed = [{ box = [[-1, -1, -1], [1, 1, -0.008]] }]";
-    let above = solid("above", "\"\"", [0.0, -0.005, 0.0105], 4, 5e4, "scale = 1\nsubdivide = \"2.5 mm\"")
+    let above = solid("above", "\"\"", [0.0, -0.005, 0.0105], 4, 5e4, "scale = 1\nsubdivide = 2")
         .replace("shape = \"\"", "mesh = \"two.obj\"");
     let bodies = solid("below", below, [0.0; 3], 4, 5e4, fixed) + &above;
     let text = scene([0.0, 0.0, -G], "dt = 0.002\nduration = 1\nintegrator = \"backward-euler\"", &bodies);

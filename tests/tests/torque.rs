@@ -87,22 +87,16 @@ struct Twister {
 impl HapticDevice for Twister {
     fn device_info(&self) -> DeviceInfo {
         DeviceInfo {
-            size: size_of::<DeviceInfo>(),
             effectors: 1,
             buttons: 1,
             driven_axes: 6,
-            taxel_rows: 0,
-            taxel_columns: 0,
             rate: 1000.0,
             peak_force: 20.0,
             continuous_force: 20.0,
             stiffness: 2000.0,
             damping: 5.0,
-            resolution: 0.0,
-            workspace: [0.0; 6],
-            taxel_pitch: 0.0,
-            taxel_force: 0.0,
             peak_torque: self.peak,
+            ..DeviceInfo::default()
         }
     }
 

@@ -151,22 +151,14 @@ mod tests {
     /// A device of one effector that renders nothing.
     fn info() -> DeviceInfo {
         DeviceInfo {
-            size: size_of::<DeviceInfo>(),
             effectors: 1,
             buttons: 32,
             driven_axes: 3,
-            taxel_rows: 0,
-            taxel_columns: 0,
             rate: 1000.0,
             peak_force: 1.0,
             continuous_force: 1.0,
             stiffness: 1000.0,
-            damping: 0.0,
-            resolution: 0.0,
-            workspace: [0.0; 6],
-            taxel_pitch: 0.0,
-            taxel_force: 0.0,
-            peak_torque: 0.0,
+            ..DeviceInfo::default()
         }
     }
 
