@@ -423,3 +423,44 @@ def test_a_thousand_sessions_leave_nothing():
     assert len(os.listdir("/proc/self/task")) <= threads
     # 4 kB for each would be 4 MB: less than the smallest part of a session.
     assert resident() - memory < 4 << 20
+
+
+def two_blocks() -> pliant.Scene:
+    """A body of two blocks of 100 mm, 50 mm apart, that a finger may touch."""
+    vertices, faces = block()
+    away = np.array([0.15, 0.0, 0.0])
+    scene = pliant.Scene()
+    both = np.vstack([vertices, vertices + away])
+    material = pliant.Material("mass-spring", young=20e3)
+    scene.body("two", mesh=both, faces=np.vstack([faces, faces + len(vertices)]), material=material, grid={"level": 5})
+    scene.hand("finger")
+    scene.tool("finger", hand="finger", radius=5e-3)
+    scene.edit("touch", tool="finger")
+    return scene
+
+
+@pytest.mark.parametrize("triangle", [None, 0, -1])
+def test_parts_become_bodies_and_one_again(triangle):
+    with pliant.Session(two_blocks()) as session:
+        session.step(2)
+        whole, before = session.triangles("two").copy(), session.positions("two").copy()
+        names = session.split("two", triangle=None if triangle is None else triangle % len(whole))
+        assert names == ["two", "two-2"] == list(session.bodies)
+        parts = [session.triangles(name) for name in names]
+        assert sorted(map(tuple, np.vstack(parts))) == sorted(map(tuple, whole))
+        assert not set(parts[0].ravel()) & set(parts[1].ravel()), "no vertex is of both"
+        assert np.array_equal(session.positions("two-2")[parts[1]], before[parts[1]])
+        session.step(2)
+        assert session.undo()
+        assert list(session.bodies) == ["two"]
+        assert np.array_equal(session.triangles("two"), whole)
+
+
+def test_what_cannot_be_split_is_refused():
+    with pliant.Session(two_blocks()) as session:
+        with pytest.raises(pliant.PliantError, match="no body `three`; allowed is `two`"):
+            session.split("three")
+        with pytest.raises(pliant.PliantError, match="allowed is a row of `triangles\\(\\)`"):
+            session.split("two", triangle=10**6)
+    with pliant.Session(pressed()) as session, pytest.raises(pliant.PliantError, match="it is in one part"):
+        session.split("cube")
