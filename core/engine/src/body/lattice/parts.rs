@@ -79,7 +79,7 @@ impl Lattice {
         Ok(components)
     }
 
-    /// Brings the active nodes up to date with cuts since the last [`Lattice::follow`], if there were any: whether a call of it is due.
+    /// Whether cuts since the last [`Lattice::follow`] have changed the active nodes, so that a call of it is due.
     pub(in crate::body) fn is_outdated(&self) -> bool {
         self.needs_rebuild
     }
