@@ -1,4 +1,4 @@
-//! Events of a run, counted by kind; the first ones of each kind have a description, and every answer to a request.
+//! Events of a run: counts by kind, and a description of the first of each kind and of every refusal.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -25,11 +25,11 @@ pub enum EventKind {
     ForceLimit,
     /// A cut was refused; the model is unchanged.
     CutRefused,
-    /// A material does not let the parameter vary that an edit paints.
+    /// An edit was to paint a parameter that the material does not let vary.
     PaintRefused,
     /// Parts of a body have become bodies of their own.
     Split,
-    /// A body was to be split and stays as it is.
+    /// A request to split a body was refused; the body is unchanged.
     SplitRefused,
     /// A change of sculpt layers was refused; shape and layers are unchanged.
     LayerRefused,
@@ -56,10 +56,17 @@ pub enum EventKind {
     ElementsFailed,
     /// A model has a defect.
     Model,
-    /// A shape was to be kept and springs back, for elements of the solid have failed.
+    /// A shape was to be kept but springs back, because elements of the solid have failed.
     NotKept,
     /// A shape that was kept had inverted or flat cells, which were repaired.
     Repaired,
+}
+
+impl EventKind {
+    /// Whether an event of this kind says that something a user asked for was not done. Each is described, once for a stroke.
+    const fn is_refusal(self) -> bool {
+        matches!(self, Self::CutRefused | Self::PaintRefused | Self::SplitRefused | Self::LayerRefused | Self::NotKept)
+    }
 }
 
 /// An event with its description.
@@ -75,11 +82,19 @@ pub struct Event {
 #[derive(Clone, Debug, Default)]
 pub struct Events {
     counts: BTreeMap<EventKind, u64>,
+    /// Number of descriptions of each kind.
+    descriptions: BTreeMap<EventKind, usize>,
+    /// The last refusal of each kind, described or not.
+    last_refusals: BTreeMap<EventKind, Event>,
     told: Vec<(EventKind, Event)>,
 }
 
-/// Number of events of a kind that are described. A refusal answers a request and is always described.
-const MAX_DESCRIBED: u64 = 8;
+/// Largest number of descriptions of one kind that is not a refusal.
+const MAX_DESCRIBED: usize = 8;
+/// Largest number of described refusals of one kind: what a session keeps is limited.
+const MAX_REFUSALS: usize = 1000;
+/// A refusal that repeats the last one within this time (s) belongs to the same stroke, which asks anew in each step.
+const SAME_REFUSAL: f64 = 0.25;
 
 impl Events {
     /// Adds an event at `time` (s). `text` is called only if the event is described.
@@ -87,34 +102,43 @@ impl Events {
         self.add_many(kind, 1, time, text);
     }
 
-    /// Adds `many` events of a kind with one description.
-    pub fn add_many(&mut self, kind: EventKind, many: u64, time: f64, text: impl FnOnce() -> String) {
-        if many == 0 {
+    /// Adds `count` events of a kind with one description.
+    pub fn add_many(&mut self, kind: EventKind, count: u64, time: f64, text: impl FnOnce() -> String) {
+        if count == 0 {
             return;
         }
-        let count = self.counts.entry(kind).or_default();
-        if *count < MAX_DESCRIBED || matches!(kind, EventKind::LayerRefused | EventKind::SplitRefused) {
-            self.told.push((kind, Event { time, text: text() }));
+        *self.counts.entry(kind).or_default() += count;
+        let descriptions = self.descriptions.entry(kind).or_default();
+        if *descriptions >= if kind.is_refusal() { MAX_REFUSALS } else { MAX_DESCRIBED } {
+            return;
         }
-        *count += many;
+        let event = Event { time, text: text() };
+        if kind.is_refusal() {
+            let last = self.last_refusals.insert(kind, event.clone());
+            if last.is_some_and(|last| last.text == event.text && time - last.time < SAME_REFUSAL) {
+                return;
+            }
+        }
+        *descriptions += 1;
+        self.told.push((kind, event));
     }
 
-    /// Adds the `many` events of a kind in a step, described once at the beginning of an episode. `ongoing` tells whether the last step had such events and
-    /// is updated.
+    /// Adds the `count` events of a kind in a step, described once at the beginning of an episode. `ongoing` tells whether the last step had such events
+    /// and is updated.
     pub(super) fn add_episode(
         &mut self,
         kind: EventKind,
-        many: u64,
+        count: u64,
         ongoing: &mut bool,
         time: f64,
         text: impl FnOnce() -> String,
     ) {
-        if *ongoing && many > 0 {
-            *self.counts.entry(kind).or_default() += many;
+        if *ongoing && count > 0 {
+            *self.counts.entry(kind).or_default() += count;
         } else {
-            self.add_many(kind, many, time, text);
+            self.add_many(kind, count, time, text);
         }
-        *ongoing = many > 0;
+        *ongoing = count > 0;
     }
 
     /// Number of events of each kind.
@@ -130,5 +154,54 @@ impl Events {
     /// Number of events of a kind.
     pub fn count(&self, kind: EventKind) -> u64 {
         self.counts.get(&kind).copied().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The texts of a kind that are described, in order.
+    fn texts(events: &Events, of: EventKind) -> Vec<&str> {
+        events.told().iter().filter(|(kind, _)| *kind == of).map(|(_, event)| event.text.as_str()).collect()
+    }
+
+    #[test]
+    fn every_refusal_is_described_once_a_stroke_and_the_first_of_all_else() {
+        let mut events = Events::default();
+        let kinds = [EventKind::CutRefused, EventKind::PaintRefused, EventKind::SplitRefused, EventKind::LayerRefused];
+        for kind in kinds {
+            for number in 0..20 {
+                // As a stroke that is refused in each of its steps.
+                for step in 0..50 {
+                    events.add(kind, f64::from(number) + 0.01 * f64::from(step), || number.to_string());
+                }
+            }
+            assert_eq!(events.count(kind), 1000);
+            let expected: Vec<String> = (0..20).map(|number| number.to_string()).collect();
+            assert_eq!(texts(&events, kind), expected);
+        }
+        for number in 0..20 {
+            events.add(EventKind::Unstable, 0.0, || number.to_string());
+        }
+        assert_eq!(texts(&events, EventKind::Unstable), ["0", "1", "2", "3", "4", "5", "6", "7"]);
+        // The same refusal in a later stroke is an answer of its own.
+        events.add(EventKind::CutRefused, 100.0, || "19".into());
+        assert_eq!(texts(&events, EventKind::CutRefused).len(), 21);
+    }
+
+    #[test]
+    fn an_episode_is_described_at_its_beginning_however_long_the_ones_before_were() {
+        let (mut events, mut ongoing) = (Events::default(), false);
+        for episode in 0..3 {
+            for step in 0..100 {
+                events.add_episode(EventKind::SpeedLimit, 5, &mut ongoing, f64::from(step), || {
+                    format!("{episode} at {step}")
+                });
+            }
+            events.add_episode(EventKind::SpeedLimit, 0, &mut ongoing, 100.0, String::new);
+        }
+        assert_eq!(events.count(EventKind::SpeedLimit), 1500);
+        assert_eq!(texts(&events, EventKind::SpeedLimit), ["0 at 0", "1 at 0", "2 at 0"]);
     }
 }
