@@ -25,7 +25,7 @@ pub fn device(cli: &Cli, command: &DeviceCommand) -> Result<Outcome, Failure> {
 struct ProbedDevice {
     library: &'static Library,
     info: &'static PluginInfo,
-    /// Findings of the plugin; `None` where it does not say.
+    /// Findings of the plugin; `None` if it has no probe.
     findings: Option<Vec<Finding>>,
 }
 
@@ -37,8 +37,8 @@ impl ProbedDevice {
         Self { library, info, findings }
     }
 
-    /// The first thing that is missing, if something is.
-    fn missing(&self) -> Option<&Finding> {
+    /// The first finding that keeps the device from being used.
+    fn first_error(&self) -> Option<&Finding> {
         self.findings.iter().flatten().find(|f| f.severity >= abi::ERROR)
     }
 
@@ -46,7 +46,7 @@ impl ProbedDevice {
     fn json(&self) -> Value {
         json!({
             "id": self.info.id, "name": self.info.name, "summary": self.info.summary, "path": self.library.path(),
-            "usable": self.missing().is_none(),
+            "usable": self.first_error().is_none(),
             "findings": self.findings.iter().flatten().map(finding_json).collect::<Vec<_>>(),
         })
     }
@@ -61,54 +61,67 @@ fn finding_json(f: &Finding) -> Value {
 fn state(finding: &Finding) -> &'static str {
     match finding.severity {
         abi::INFO => "good",
-        abi::WARNING => "wanting",
+        abi::WARNING => "warning",
         _ => "missing",
     }
 }
 
-/// Every device plugin that is found.
-fn probe_all(search: &SearchPath) -> Vec<ProbedDevice> {
-    let libraries = search.scan().into_iter().filter_map(|found| Library::open(&found.path).ok());
-    let devices_of = |library: &'static Library| {
-        let devices = library.plugins().iter().filter(|p| p.kind == PluginKind::Device);
-        devices.map(move |info| ProbedDevice::probe(library, info, &ParamSettings::new()))
-    };
-    libraries.flat_map(devices_of).collect()
+/// Every device plugin that is found, and a finding for each library that cannot be opened: it could be the device that is looked for.
+fn probe_all(search: &SearchPath) -> (Vec<ProbedDevice>, Vec<Finding>) {
+    let (mut probed, mut unusable) = (Vec::new(), Vec::new());
+    for found in search.scan() {
+        match Library::open(&found.path) {
+            Ok(library) => {
+                let devices = library.plugins().iter().filter(|p| p.kind == PluginKind::Device);
+                probed.extend(devices.map(|info| ProbedDevice::probe(library, info, &ParamSettings::new())));
+            }
+            Err(error) => unusable.push(Finding::missing(format!("plugin `{}`", found.name), error.to_string(), "")),
+        }
+    }
+    (probed, unusable)
 }
 
 /// `pliant device list`.
 fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
-    let all = probe_all(search);
+    let (all, unusable) = probe_all(search);
+    let outcome = if unusable.is_empty() { Outcome::Done } else { Outcome::Plugin };
     if cli.json {
         let rows: Vec<Value> = all.iter().map(ProbedDevice::json).collect();
-        print_json(&json!({ "devices": rows }))?;
-        return Ok(Outcome::Done);
+        let unusable: Vec<Value> = unusable.iter().map(finding_json).collect();
+        print_json(&json!({ "devices": rows, "unusable": unusable }))?;
+        return Ok(outcome);
     }
     let line = |device: &ProbedDevice| {
-        let state = device.missing().map_or("usable".into(), |f| format!("not usable now: {}: {}", f.what, f.found));
+        let state =
+            device.first_error().map_or("usable".into(), |f| format!("not usable now: {}: {}", f.what, f.found));
         format!("{:<14} {:<48} {state}", device.info.id, device.info.summary)
     };
-    let lines: Vec<String> = all.iter().map(line).collect();
+    let mut lines: Vec<String> = all.iter().map(line).collect();
+    lines.extend(unusable.iter().map(|finding| format!("{:<14} {}: {}", "unusable", finding.what, finding.found)));
     print(&if lines.is_empty() { "no device plugins found".into() } else { lines.join("\n") })?;
-    Ok(Outcome::Done)
+    Ok(outcome)
 }
 
 /// `pliant device doctor`.
 fn doctor(cli: &Cli, search: &SearchPath, args: &DoctorArgs) -> Result<Outcome, Failure> {
-    let devices = match &args.name {
+    let (devices, unusable) = match &args.name {
         None => probe_all(search),
-        Some(name) => vec![probe_one(search, name, &args.set)?],
+        Some(name) => (vec![probe_one(search, name, &args.set)?], Vec::new()),
     };
-    let host = realtime_rights();
-    let is_missing = devices.iter().any(|device| device.missing().is_some());
-    let outcome = if is_missing { Outcome::CheckFailed } else { Outcome::Done };
+    let mut machine = vec![realtime_rights()];
+    machine.extend(unusable);
+    let is_missing = |finding: &Finding| finding.severity >= abi::ERROR;
+    let outcome = match devices.iter().any(|device| device.first_error().is_some()) || machine.iter().any(is_missing) {
+        true => Outcome::CheckFailed,
+        false => Outcome::Done,
+    };
     if cli.json {
         let rows: Vec<Value> = devices.iter().map(ProbedDevice::json).collect();
-        print_json(&json!({ "host": [finding_json(&host)], "devices": rows }))?;
+        print_json(&json!({ "host": machine.iter().map(finding_json).collect::<Vec<_>>(), "devices": rows }))?;
         return Ok(outcome);
     }
     let mut lines = vec!["this machine".to_owned()];
-    lines.extend(finding_lines(&host));
+    lines.extend(machine.iter().flat_map(finding_lines));
     for device in &devices {
         lines.push(format!("{}: {}", device.info.id, device.info.summary));
         match device.findings.as_deref() {
@@ -139,7 +152,7 @@ fn finding_lines(finding: &Finding) -> Vec<String> {
     lines
 }
 
-/// Runs the emulator of a device, in the place of this process where the system can.
+/// Runs the twin of a device; on Unix it replaces this process.
 fn emulate(search: &SearchPath, name: &str, args: &[OsString]) -> Result<Outcome, Failure> {
     let program = search.find_twin(name)?;
     let mut command = Command::new(&program);
@@ -153,6 +166,6 @@ fn emulate(search: &SearchPath, name: &str, args: &[OsString]) -> Result<Outcome
     #[cfg(not(unix))]
     {
         let status = command.status().map_err(|e| Failure::plugin(format!("{}: {e}", program.display())))?;
-        if status.success() { Ok(Outcome::Done) } else { Err(Failure::plugin(format!("the emulator ended: {status}"))) }
+        if status.success() { Ok(Outcome::Done) } else { Err(Failure::plugin(format!("the twin ended: {status}"))) }
     }
 }

@@ -234,6 +234,17 @@ fn a_file_that_is_no_library_is_told_and_the_others_are_listed_all_the_same() {
             |row: &Value| row["error"].is_string() && row["path"].as_str().is_some_and(|p| p.ends_with(&name));
         assert!(rows.iter().any(unusable), "{listed}");
         assert!(rows.iter().any(|row| row["id"] == "mass-spring"), "{listed}");
+        // It could be the device that somebody misses.
+        let devices = ["--plugin-path", "plugins", "--json"];
+        let probed = bench.pliant(&[&["device", "doctor"][..], &devices].concat()).expect(1).json();
+        let told = |finding: &Value| {
+            finding["what"] == format!("plugin `{stem}`")
+                && finding["state"] == "missing"
+                && finding["found"].is_string()
+        };
+        assert!(probed["host"].as_array().is_some_and(|host| host.iter().any(told)), "{probed}");
+        let listed = bench.pliant(&[&["device", "list"][..], &devices].concat()).expect(3).json();
+        assert!(listed["unusable"].as_array().is_some_and(|findings| findings.iter().any(told)), "{listed}");
     }
     let whole = file_name("whole");
     bench.write(&format!("plugins/{whole}"), real);

@@ -26,7 +26,7 @@ pub enum DeviceCommand {
     Emulate {
         /// Name of the device
         name: String,
-        /// Arguments of the emulator
+        /// Arguments of the twin
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<std::ffi::OsString>,
     },
