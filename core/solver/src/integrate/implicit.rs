@@ -49,6 +49,19 @@ impl Iteration<'_> {
                 Linearisation::Predicted => false,
             }
     }
+
+    /// Factors of masses, stiffness and damping in the matrix; whether its blocks may be in single precision.
+    fn scales(&self, allow_f32: bool) -> SystemScales {
+        let effective_dt = self.coefficients.effective_dt;
+        SystemScales {
+            mass: 1.0,
+            stiffness: effective_dt * effective_dt,
+            damping: effective_dt,
+            hessian: self.coefficients.hessian,
+            strains_are_current: true,
+            allow_f32,
+        }
+    }
 }
 
 impl Integrator {
@@ -178,32 +191,54 @@ impl Integrator {
     ) -> Result<f64, StepError> {
         self.interrupts.check()?;
         step.contacts.begin_iteration();
-        let (pool, loads, now, effective_dt) = (step.pool, step.loads, step.time, iteration.coefficients.effective_dt);
-        let at_current = iteration.at_current_state();
-        if !at_current {
+        if !iteration.at_current_state() {
             self.predict(&mut system.nodes, iteration.coefficients);
         }
-        let allow_f32 = at_current && self.max_newton == 1 && !self.in_contact && self.pcg.allows_f32(self.tolerance);
-        let hessian = iteration.coefficients.hessian;
-        let scales = SystemScales {
-            mass: 1.0,
-            stiffness: effective_dt * effective_dt,
-            damping: effective_dt,
-            hessian,
-            strains_are_current: true,
-            allow_f32,
-        };
+        let mut matrix = self.assemble_system(system, step, iteration, report)?;
+        let residual_norm = self.solve_active_set(system, step, iteration, &mut matrix, report);
+        system.matrix = Some(matrix);
+        let residual_norm = residual_norm?;
+        let vectors = (&mut system.nodes.v[..], &mut self.pcg.x[..]);
+        step.pool.par_chunks(vectors, NODES, &|_, (v, dv): (&mut [Vec3], &mut [Vec3])| {
+            for (v, dv) in v.iter_mut().zip(dv) {
+                *dv = flush_denormals(*dv);
+                *v = flush_denormals(*v + *dv);
+            }
+        });
+        if iteration.index > 0 || self.max_newton > 1 {
+            // The corrections of successive Newton iterations are no sequence that an initial guess could extrapolate.
+            self.pcg.forget();
+        }
+        Ok(residual_norm)
+    }
+
+    /// Whether the matrix of an iteration may be in single precision.
+    fn allows_f32(&self, iteration: &Iteration<'_>) -> bool {
+        let is_only_solve = iteration.at_current_state() && self.max_newton == 1 && !self.in_contact;
+        is_only_solve && self.pcg.allows_f32(self.tolerance)
+    }
+
+    /// Computes forces and matrix of an iteration, and prepares the preconditioner and the initial guess. The caller gives the matrix back to `system`.
+    fn assemble_system(
+        &mut self,
+        system: &mut System,
+        step: &Substep<'_>,
+        iteration: &Iteration<'_>,
+        report: &mut StepReport,
+    ) -> Result<Matrix, StepError> {
+        let (pool, loads, effective_dt) = (step.pool, step.loads, iteration.coefficients.effective_dt);
+        let (at_current, allow_f32) = (iteration.at_current_state(), self.allows_f32(iteration));
         let start = Instant::now();
         // At the current state the velocity term of the forces is part of A v.
         let v = if at_current { Some(&self.scratch[..]) } else { None };
         system.forces_with_precision(
             pool,
             v,
-            now,
+            step.time,
             &mut self.force,
             allow_f32 && self.tolerance >= SIX_DIGIT_TOLERANCE,
         )?;
-        let mut matrix = assemble_taken(step, system, scales)?;
+        let mut matrix = assemble_taken(step, system, iteration.scales(allow_f32))?;
         report.assembly_seconds += start.elapsed().as_secs_f64();
         add_tools(&mut matrix, loads, effective_dt);
         self.matrix_step = effective_dt;
@@ -213,6 +248,19 @@ impl Integrator {
         // At the current state: b = M v + g f_elastic - A v.
         let momentum = at_current.then_some(Momentum { v: &system.nodes.v, product: &mut self.momentum });
         self.pcg.guess(pool, &matrix, momentum);
+        Ok(matrix)
+    }
+
+    /// Solves for the velocity change until the active set of contacts no longer changes. Returns the norm of the initial residual, N s.
+    fn solve_active_set(
+        &mut self,
+        system: &mut System,
+        step: &mut Substep<'_>,
+        iteration: &Iteration<'_>,
+        matrix: &mut Matrix,
+        report: &mut StepReport,
+    ) -> Result<f64, StepError> {
+        let (pool, effective_dt) = (step.pool, iteration.coefficients.effective_dt);
         let mut residual_norm = 0.0_f64;
         let (mut pass, mut stops, mut same_matrix) = (0, 0, false);
         while pass < step.contacts.max_passes() {
@@ -222,7 +270,7 @@ impl Integrator {
             }
             let nodes = &system.nodes;
             let filtered = FilteredSystem {
-                matrix: &matrix,
+                matrix,
                 b: &self.b,
                 z: &self.z,
                 constraints: &nodes.constraint,
@@ -240,29 +288,26 @@ impl Integrator {
                     start: &|_, i| from[i],
                     velocity: &|s, i| s.nodes.v[i] + partial.at(i),
                     reaction: &|i| partial.reaction(i) / effective_dt,
-                    error_bound: Some(&error_bound(&matrix, partial.residual_squared(), effective_dt)),
+                    error_bound: Some(&error_bound(matrix, partial.residual_squared(), effective_dt)),
                 };
                 near && stops < MAX_EARLY_STOPS && contacts.can_stop_early(system, &trial)
             });
             report.solve_seconds += start.elapsed().as_secs_f64();
-            if let Err(interrupt) = self.interrupts.check() {
-                system.matrix = Some(matrix);
-                return Err(interrupt);
-            }
+            self.interrupts.check()?;
             if solved.needs_f64 {
                 let start = Instant::now();
-                matrix = assemble(step, system, matrix, SystemScales { allow_f32: false, ..scales })?;
+                assemble(step, system, matrix, iteration.scales(false))?;
                 report.assembly_seconds += start.elapsed().as_secs_f64();
-                add_tools(&mut matrix, loads, effective_dt);
-                let momentum = at_current.then_some(Momentum { v: &system.nodes.v, product: &mut self.momentum });
-                self.pcg.load(pool, &matrix, momentum);
+                add_tools(matrix, step.loads, effective_dt);
+                let v = &system.nodes.v;
+                let momentum = iteration.at_current_state().then_some(Momentum { v, product: &mut self.momentum });
+                self.pcg.load(pool, matrix, momentum);
                 same_matrix = false;
                 continue;
             }
             same_matrix = true;
             if !solved.residual.is_finite() {
-                let error = self.diverged(system, &matrix);
-                system.matrix = Some(matrix);
+                let error = self.diverged(system, matrix);
                 system.nodes.x.copy_from_slice(&self.from[0]);
                 return Err(error);
             }
@@ -282,7 +327,7 @@ impl Integrator {
             for (i, product) in self.pcg.constrained() {
                 self.reaction[i] = (product - b[i]) / effective_dt;
             }
-            let bound = error_bound(&matrix, solved.stopped_at.unwrap_or(0.0), effective_dt);
+            let bound = error_bound(matrix, solved.stopped_at.unwrap_or(0.0), effective_dt);
             let (from, reaction) = (&self.from[0], &self.reaction);
             let trial = TrialStep {
                 start: &|_, i| from[i],
@@ -294,18 +339,6 @@ impl Integrator {
                 break;
             }
         }
-        let vectors = (&mut system.nodes.v[..], &mut self.pcg.x[..]);
-        pool.par_chunks(vectors, NODES, &|_, (v, dv): (&mut [Vec3], &mut [Vec3])| {
-            for (v, dv) in v.iter_mut().zip(dv) {
-                *dv = flush_denormals(*dv);
-                *v = flush_denormals(*v + *dv);
-            }
-        });
-        if iteration.index > 0 || self.max_newton > 1 {
-            // The corrections of successive Newton iterations are no sequence that an initial guess could extrapolate.
-            self.pcg.forget();
-        }
-        system.matrix = Some(matrix);
         Ok(residual_norm)
     }
 
@@ -378,30 +411,30 @@ pub(super) fn assemble_taken(
     system: &mut System,
     scales: SystemScales,
 ) -> Result<Matrix, ForceError> {
-    let matrix = system.matrix.take().unwrap_or_default();
-    assemble(step, system, matrix, scales)
-}
-
-/// Assembles a matrix of `system` for the present state.
-///
-/// # Errors
-/// Returns the error of the material and puts the matrix back.
-fn assemble(
-    step: &Substep<'_>,
-    system: &mut System,
-    mut matrix: Matrix,
-    scales: SystemScales,
-) -> Result<Matrix, ForceError> {
-    let (state, coupled) = system.assembly_parts(step.time);
-    let assembled = matrix.assemble(step.pool, state, coupled, scales);
-    if let (Some(normals), Ok(())) = (&system.normals, &assembled) {
-        matrix.add_normals(step.pool, normals, &system.sets, &system.nodes, scales);
-    }
-    match assembled {
+    let mut matrix = system.matrix.take().unwrap_or_default();
+    match assemble(step, system, &mut matrix, scales) {
         Ok(()) => Ok(matrix),
         Err(error) => {
             system.matrix = Some(matrix);
             Err(error)
         }
     }
+}
+
+/// Assembles a matrix of `system` for the present state.
+///
+/// # Errors
+/// Returns the error of the material.
+fn assemble(
+    step: &Substep<'_>,
+    system: &mut System,
+    matrix: &mut Matrix,
+    scales: SystemScales,
+) -> Result<(), ForceError> {
+    let (state, coupled) = system.assembly_parts(step.time);
+    matrix.assemble(step.pool, state, coupled, scales)?;
+    if let Some(normals) = &system.normals {
+        matrix.add_normals(step.pool, normals, &system.sets, &system.nodes, scales);
+    }
+    Ok(())
 }
