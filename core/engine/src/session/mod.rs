@@ -24,6 +24,7 @@ mod obstacles;
 mod open;
 mod opening_devices;
 mod opening_warnings;
+mod overlap;
 mod place;
 mod proxy_places;
 mod ray_miss;

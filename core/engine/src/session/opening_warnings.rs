@@ -1,6 +1,7 @@
 //! Warnings about a scene that are found when it is opened.
 
-use super::warning::{Extended, Extents, Warning, WarningCode};
+use super::overlap::{Extended, Extents, OverlapDetection};
+use super::warning::{Warning, WarningCode};
 use super::{Session, SessionError};
 use crate::body::{Body, Model, Place};
 use crate::scene::{BodyScene, Scene, Source};
@@ -17,100 +18,34 @@ impl Session {
         source: &Source,
         is_replaced: bool,
     ) -> Result<(), SessionError> {
-        let place = |span: Range<usize>| source.error(span, "").place();
         let mut found = Vec::new();
         let mut extended = Vec::new();
         let largest = self.tools.iter().map(|slot| slot.tool.proxy.shape.shape().length_scale()).fold(0.0, f64::max);
         let mut standing = self.standing.iter();
         let mut moving = 0;
         for (index, given) in scene.body.iter().enumerate() {
-            let at = |span: &Range<usize>| if *span == (0..0) { given.material.plugin.span() } else { span.clone() };
-            let of_body = place(at(&given.mesh.as_ref().map_or(given.name.span(), |mesh| mesh.span())));
-            let name = given.name.get_ref().clone();
-            if !self.plan.moving[index] {
-                if let Some((_, model)) = standing.next() {
-                    extended.push(Extended {
-                        name,
-                        place: of_body,
-                        moving: None,
-                        rest: extents(model),
-                        extents: extents(model),
-                        before: extents(model),
-                    });
-                }
-                continue;
+            let mut extend = |moving: Option<usize>, extents: Extents| {
+                let (name, place) = (given.name.get_ref().clone(), place_of_body(given, source));
+                extended.push(Extended { name, place, moving, rest: extents, extents, before: extents });
+            };
+            if self.plan.moving[index] {
+                let body = &self.bodies[moving];
+                let tool_radius = (!(is_replaced && index == 0)).then_some(largest);
+                self.warnings.material_places.push(place(source, given.material.plugin.span()));
+                found.extend(warn_body(body, given, source, tool_radius)?);
+                extend(Some(moving), extents(&body.model));
+                moving += 1;
+            } else if let Some((_, model)) = standing.next() {
+                extend(None, extents(model));
             }
-            self.warnings.material_places.push(place(given.material.plugin.span()));
-            let body = &self.bodies[moving];
-            let extents = extents(&body.model);
-            if !(is_replaced && index == 0) {
-                found.extend(warn_units(given, body, largest).map(|message| Warning {
-                    code: WarningCode::DoubtfulUnits,
-                    place: of_body.clone(),
-                    message,
-                }));
-            }
-            found.extend(warn_openness(body).map(|message| Warning {
-                code: WarningCode::OpenBody,
-                place: of_body.clone(),
-                message,
-            }));
-            if given.fibre.is_empty() && body.system.sets.iter().any(|set| set.has(abi::WANTS_DIRECTIONS)) {
-                let message = format!(
-                    "material `{0}` of body `{name}` takes fibre directions and the scene gives none, so it has no fibres; `[[body.fibre]]` gives them",
-                    body.system.material.name()
-                );
-                let place = place(given.material.plugin.span());
-                found.push(Warning { code: WarningCode::NoFibres, place, message });
-            }
-            found.extend(warn_smooth(given, body).map(|(span, message)| Warning {
-                code: WarningCode::SmoothIgnored,
-                place: place(span),
-                message,
-            }));
-            found.extend(warn_mesh(body).map(|message| Warning {
-                code: WarningCode::DoubtfulMesh,
-                place: of_body.clone(),
-                message,
-            }));
-            for (fixing, spanned) in body.fixings.iter().zip(&given.fixed) {
-                if is_empty_selection(body, &fixing.place)? {
-                    let Extents { min, max } = extents;
-                    let message = format!(
-                        "a `fixed` of body `{name}` holds no node; the body reaches from {:?} m to {:?} m",
-                        min.as_slice(),
-                        max.as_slice()
-                    );
-                    found.push(Warning { code: WarningCode::FixesNothing, place: place(spanned.span()), message });
-                }
-            }
-            extended.push(Extended {
-                name,
-                place: of_body,
-                moving: Some(moving),
-                rest: extents,
-                extents,
-                before: extents,
-            });
-            moving += 1;
         }
         let crossing = self.exclude_crossing_pairs()?;
         let place_of = |body: usize| extended.iter().find(|e| e.moving == Some(body)).map_or("", |e| e.place.as_str());
-        for &([i, j], count) in &crossing {
-            let name = |b: usize| &self.bodies[b].name;
-            let who = match i == j {
-                true => format!("sheet `{}` cuts through itself", name(i)),
-                false => format!("bodies `{}` and `{}` cut through each other", name(i), name(j)),
-            };
-            let message = format!(
-                "{who} at the start: {count} edges go through triangles, so they do not meet and pass through each other; move them apart"
-            );
-            found.push(Warning { code: WarningCode::BodiesOverlap, place: place_of(j).to_owned(), message });
-        }
+        found.extend(crossing.iter().map(|&(pair, count)| self.crossing_warning(pair, count, place_of(pair[1]))));
         let is_handled = |i: usize, j: usize| {
             self.meetings.has_pair(i, j) || crossing.iter().any(|(bodies, _)| *bodies == [i.min(j), i.max(j)])
         };
-        let (meetings, overlaps) = super::warning::OverlapDetection::new(extended, is_handled);
+        let (meetings, overlaps) = OverlapDetection::new(extended, is_handled);
         self.warnings.overlaps = meetings;
         found.extend(overlaps);
         found.extend(self.find_obstacle_warnings());
@@ -118,6 +53,76 @@ impl Session {
         self.warnings.opening = found;
         Ok(())
     }
+
+    /// The warning that two bodies, or a sheet and itself, cut through each other at the start; `count` edges go through triangles.
+    fn crossing_warning(&self, [i, j]: [usize; 2], count: usize, place: &str) -> Warning {
+        let name = |b: usize| &self.bodies[b].name;
+        let who = match i == j {
+            true => format!("sheet `{}` cuts through itself", name(i)),
+            false => format!("bodies `{}` and `{}` cut through each other", name(i), name(j)),
+        };
+        let message = format!(
+            "{who} at the start: {count} edges go through triangles, so they do not meet and pass through each other; move them apart"
+        );
+        Warning { code: WarningCode::BodiesOverlap, place: place.to_owned(), message }
+    }
+}
+
+/// File, line and column of a place in the scene.
+fn place(source: &Source, span: Range<usize>) -> String {
+    source.error(span, "").place()
+}
+
+/// Where the scene gives a body: at its mesh, else its name, else its material.
+fn place_of_body(given: &BodyScene, source: &Source) -> String {
+    let span = given.mesh.as_ref().map_or(given.name.span(), |mesh| mesh.span());
+    place(source, if span == (0..0) { given.material.plugin.span() } else { span })
+}
+
+/// Warnings about a moving body. `tool_radius` (m) is that of the largest tool, if the units of the model are to be doubted.
+fn warn_body(
+    body: &Body,
+    given: &BodyScene,
+    source: &Source,
+    tool_radius: Option<f64>,
+) -> Result<Vec<Warning>, SessionError> {
+    let of_body = place_of_body(given, source);
+    let mut found = Vec::new();
+    let mut add = |code: WarningCode, place: String, message: Option<String>| {
+        found.extend(message.map(|message| Warning { code, place, message }));
+    };
+    let units = tool_radius.and_then(|largest| warn_units(given, body, largest));
+    add(WarningCode::DoubtfulUnits, of_body.clone(), units);
+    add(WarningCode::OpenBody, of_body.clone(), warn_openness(body));
+    add(WarningCode::NoFibres, place(source, given.material.plugin.span()), warn_fibres(given, body));
+    if let Some((span, message)) = warn_smooth(given, body) {
+        add(WarningCode::SmoothIgnored, place(source, span), Some(message));
+    }
+    add(WarningCode::DoubtfulMesh, of_body, warn_mesh(body));
+    for (fixing, spanned) in body.fixings.iter().zip(&given.fixed) {
+        if is_empty_selection(body, &fixing.place)? {
+            let (name, Extents { min, max }) = (&body.name, extents(&body.model));
+            let message = format!(
+                "a `fixed` of body `{name}` holds no node; the body reaches from {:?} m to {:?} m",
+                min.as_slice(),
+                max.as_slice()
+            );
+            add(WarningCode::FixesNothing, place(source, spanned.span()), Some(message));
+        }
+    }
+    Ok(found)
+}
+
+/// A warning if the material takes fibre directions and the scene gives none.
+fn warn_fibres(given: &BodyScene, body: &Body) -> Option<String> {
+    let is_without = given.fibre.is_empty() && body.system.sets.iter().any(|set| set.has(abi::WANTS_DIRECTIONS));
+    is_without.then(|| {
+        format!(
+            "material `{0}` of body `{1}` takes fibre directions and the scene gives none, so it has no fibres; `[[body.fibre]]` gives them",
+            body.system.material.name(),
+            body.name
+        )
+    })
 }
 
 fn extents(model: &Model) -> Extents {
