@@ -9,8 +9,14 @@
 //! by one: the old summary is moved away first, and the new one comes last. A process that is killed meanwhile leaves a set without a summary,
 //! which the next run completes.
 
+mod files;
+mod recovery;
+
+pub(crate) use files::files_below;
+
 use crate::atomic::{AtomicFolder, error_at, folder_of, sync_folder, temporaries};
-use std::collections::BTreeSet;
+use files::{is_result, listed};
+use recovery::{COMMITTED, complete, discard, recover, remove_if_there};
 use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -23,10 +29,6 @@ pub(crate) const FRAMES: &str = "frames";
 pub(crate) const INTERRUPTED: &str = "interrupted";
 /// Beginning of the name of a staging folder inside of the folder of results.
 const STAGE: &str = "results";
-/// Name of the folder with a complete set whose files are being moved.
-const COMMITTED: &str = "results.pliant-committed";
-/// The summary of the set that is being replaced, in the folder of the committed one.
-const OLD_SUMMARY: &str = "summary.json.pliant-old.partial";
 
 /// Results of a run that is under way.
 pub(crate) struct ResultSet {
@@ -130,68 +132,6 @@ impl ResultSet {
     }
 }
 
-/// Completes a set in `folder` whose files were being moved when the process ended; does nothing without one.
-fn complete(folder: &Path) -> io::Result<()> {
-    let committed = folder.join(COMMITTED);
-    // A link is not followed.
-    if !committed.symlink_metadata().is_ok_and(|metadata| metadata.is_dir()) {
-        return Ok(());
-    }
-    let files = files_below(&committed).map_err(|e| error_at(&committed, e))?;
-    if files.contains(Path::new(SUMMARY)) {
-        // The old summary is moved first and kept until every file it lists has been replaced or removed.
-        let (old, summary) = (committed.join(OLD_SUMMARY), folder.join(SUMMARY));
-        if !old.exists() && summary.exists() {
-            std::fs::rename(&summary, &old).map_err(|e| error_at(&summary, e))?;
-        }
-        let new = listed_by(&committed.join(SUMMARY), &committed);
-        for file in listed_by(&old, folder).difference(&new) {
-            let path = folder.join(file);
-            remove_if_there(&path).map_err(|e| error_at(&path, e))?;
-        }
-        let rest = files.iter().filter(|file| is_result(file) && *file != Path::new(SUMMARY));
-        for file in rest.chain([&PathBuf::from(SUMMARY)]) {
-            let path = folder.join(file);
-            let above = folder_of(&path);
-            std::fs::create_dir_all(above).map_err(|e| error_at(above, e))?;
-            std::fs::rename(committed.join(file), &path).map_err(|e| error_at(&path, e))?;
-        }
-    }
-    discard(&committed, folder).map_err(|e| error_at(&committed, e))?;
-    let _ = std::fs::remove_dir(folder.join(FRAMES));
-    sync_folder(folder);
-    Ok(())
-}
-
-/// Removes the staging folder of a process that has ended. If the folder of results is missing, as between two renames on a system that cannot
-/// exchange folders, a complete set becomes the folder of results.
-fn recover(stage: &Path, folder: &Path) -> io::Result<()> {
-    if !folder.exists() && stage.join(SUMMARY).is_file() && folder_of(stage) == folder_of(folder) {
-        return std::fs::rename(stage, folder).map_err(|e| error_at(folder, e));
-    }
-    discard(stage, folder).map_err(|e| error_at(stage, e))
-}
-
-/// Removes the results and temporary files in `stage`, moves everything else into `folder`, and removes `stage` if nothing is left in it.
-fn discard(stage: &Path, folder: &Path) -> io::Result<()> {
-    let frames = stage.join(FRAMES);
-    for file in files_below(stage)?.iter().filter(|file| is_result(file) || is_temporary(file)) {
-        remove_if_there(&stage.join(file))?;
-    }
-    let _ = std::fs::remove_dir(frames);
-    for entry in stage.read_dir()?.flatten() {
-        let to = folder.join(entry.file_name());
-        if folder.is_dir() && to.symlink_metadata().is_err() {
-            std::fs::rename(entry.path(), to)?;
-        }
-    }
-    // Files whose names exist in the folder of results stay.
-    match std::fs::remove_dir(stage) {
-        Err(error) if !matches!(error.kind(), ErrorKind::DirectoryNotEmpty | ErrorKind::NotFound) => Err(error),
-        _ => Ok(()),
-    }
-}
-
 /// Checks that files with names of results in `folder` were written by a run; errors call the folder `shown`.
 fn refuse_foreign_files(folder: &Path, shown: &Path) -> io::Result<()> {
     let listed = listed(folder);
@@ -234,73 +174,6 @@ fn is_mount(folder: &Path, metadata: &std::fs::Metadata) -> bool {
 #[cfg(not(unix))]
 fn is_mount(_folder: &Path, _metadata: &std::fs::Metadata) -> bool {
     false
-}
-
-/// Files of the set in `folder` by its summary: those with names of results, relative to it. A summary of an earlier version has no list; then
-/// all files with names of results count.
-fn listed(folder: &Path) -> BTreeSet<PathBuf> {
-    listed_by(&folder.join(SUMMARY), folder)
-}
-
-/// Files of the set in `folder` that the summary at a path lists.
-fn listed_by(summary: &Path, folder: &Path) -> BTreeSet<PathBuf> {
-    let text = std::fs::read(summary).unwrap_or_default();
-    let Ok(summary) = serde_json::from_slice::<serde_json::Value>(&text) else { return BTreeSet::new() };
-    let is_ours = summary["program"].as_str().is_some_and(|program| program.starts_with("pliant "));
-    match summary["files"].as_array() {
-        _ if !is_ours => BTreeSet::new(),
-        Some(files) => {
-            let files = files.iter().filter_map(|file| file.as_str()).map(PathBuf::from);
-            files.chain([SUMMARY.into()]).filter(|file| is_result(file)).collect()
-        }
-        None => files_below(folder).unwrap_or_default().into_iter().filter(|file| is_result(file)).collect(),
-    }
-}
-
-/// Whether a path, relative to a folder of results, has the name of a result.
-fn is_result(file: &Path) -> bool {
-    let Some(name) = file.file_name().and_then(|name| name.to_str()) else { return false };
-    let model = |start: &str| name.starts_with(start) && name.ends_with(".obj");
-    match file.parent() {
-        Some(folder) if folder.as_os_str().is_empty() => {
-            let mesh = name.starts_with("final") && name.ends_with(".vtk");
-            model("final") || mesh || ["trace.csv", "nodes.csv", "forces.svg", SUMMARY].contains(&name)
-        }
-        Some(folder) => folder == Path::new(FRAMES) && model("frame"),
-        None => false,
-    }
-}
-
-/// Whether a file has the name of a temporary file.
-fn is_temporary(file: &Path) -> bool {
-    file.file_name().is_some_and(crate::atomic::is_temporary_name)
-}
-
-/// Files and links in a folder and in its folder `frames`, relative to it. Other folders do not belong to a set.
-pub(crate) fn files_below(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
-    let mut files = BTreeSet::new();
-    for below in ["", FRAMES] {
-        let entries = match folder.join(below).read_dir() {
-            Ok(entries) => entries,
-            Err(_) if below == FRAMES => continue,
-            Err(error) => return Err(error),
-        };
-        for entry in entries {
-            let entry = entry?;
-            if !entry.file_type()?.is_dir() {
-                files.insert(Path::new(below).join(entry.file_name()));
-            }
-        }
-    }
-    Ok(files)
-}
-
-/// Removes a file if it exists.
-fn remove_if_there(path: &Path) -> io::Result<()> {
-    match std::fs::remove_file(path) {
-        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
-    }
 }
 
 /// Flushes the entries of a staging folder and of its `frames` to the disk; the files themselves were flushed before.
