@@ -19,8 +19,8 @@ from .properties import kind_items, kind_label
 
 # Hz, at which the newest positions are shown.
 FRAME_RATE = 60.0
-# Share of the window's height that the pointer moves for a size or strength of one.
-DRAG_SHARE = 0.5
+# Number of times that a size or strength doubles when the pointer moves up by the height of the view.
+DOUBLINGS_PER_HEIGHT = 8.0
 
 
 class HAPTIC_OT_edit(bpy.types.Operator):
@@ -165,11 +165,11 @@ class HAPTIC_OT_edit(bpy.types.Operator):
         given = context.scene.haptic_edit
         if event.type == "MOUSEMOVE":
             # Doubled or halved by the same way anywhere.
-            setattr(given, name, before * 2.0 ** ((event.mouse_y - start) / (DRAG_SHARE * context.area.height) * 4.0))
+            setattr(given, name, before * 2.0 ** (DOUBLINGS_PER_HEIGHT * (event.mouse_y - start) / context.area.height))
         elif event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
             setattr(given, name, before)
             self._adjusted = None
-        elif event.type in {"LEFTMOUSE", "RET"} and event.value == "PRESS":
+        elif event.type in {"LEFTMOUSE", "RET", "NUMPAD_ENTER"} and event.value == "PRESS":
             self._adjusted = None
         if self._adjusted is None:
             self._say(context)
@@ -222,6 +222,7 @@ def _kind_of_key(event: bpy.types.Event) -> str | None:
 
 def _is_over_view(context: bpy.types.Context, event: bpy.types.Event) -> bool:
     """Whether the pointer is over the viewport itself and not over a panel of it."""
+    is_over = False
     for region in context.area.regions:
         inside = (
             region.x <= event.mouse_x < region.x + region.width and region.y <= event.mouse_y < region.y + region.height
@@ -229,8 +230,8 @@ def _is_over_view(context: bpy.types.Context, event: bpy.types.Event) -> bool:
         if inside and region.type != "WINDOW" and region.width > 1:
             return False
         if inside and region.type == "WINDOW":
-            found = True
-    return locals().get("found", False)
+            is_over = True
+    return is_over
 
 
 def _view(context: bpy.types.Context) -> tuple[bpy.types.Region, bpy.types.RegionView3D]:

@@ -238,21 +238,21 @@ class Scene:
             params["buttons"] = np.asarray(buttons, dtype=float).tolist()
         self._append("device", {"name": name, "plugin": "scripted", "params": params} | keys)
 
-    def device(self, name: str, plugin: str, **keys: Any) -> None:
+    def device(self, name: str, plugin: str | None = None, **keys: Any) -> None:
         """Add a device, such as a force-feedback arm.
 
         Parameters
         ----------
         name : str
             What tools call it.
-        plugin : str
-            Its plugin, see :func:`plugins`.
+        plugin : str, optional
+            Its plugin, see :func:`plugins`; none if ``recording`` names a file whose hand it repeats.
         **keys
-            Other keys of ``[[device]]``: ``params``, ``frame``.
+            Other keys of ``[[device]]``: ``params``, ``frame``, ``recording``, ...
         """
         self._append("device", {"name": name, "plugin": plugin} | _kebab(keys))
 
-    def tool(self, name: str, *, hand: str = "hand", radius: float | str, **keys: Any) -> None:
+    def tool(self, name: str, *, hand: str = "hand", radius: float | str | None = None, **keys: Any) -> None:
         """Add a tool.
 
         Parameters
@@ -261,10 +261,10 @@ class Scene:
             What edits and :class:`Session` call it.
         hand : str
             The hand or device that moves it.
-        radius : float or str
-            Radius of its tip, m.
+        radius : float or str, optional
+            Radius of a tip that is a ball, m; none if ``shape`` gives another one.
         **keys
-            Other keys of ``[[tool]]``: ``stiffness``, ``damping``, ``friction``, ``mass``, ``speed``, ``slew``, ``blade``, ...
+            Other keys of ``[[tool]]``: ``shape``, ``stiffness``, ``damping``, ``friction``, ``mass``, ``speed``, ``slew``, ``blade``, ...
         """
         self._append("tool", {"name": name, "device": hand, "radius": radius} | _kebab(keys))
 
