@@ -272,7 +272,7 @@ impl Plan {
             self.moving.push(moving);
             if !moving {
                 let (grid, material) = (body.grid.get_ref().plugin.get_ref(), body.material.plugin.get_ref());
-                let plugins = match body.is_tetrahedral() {
+                let plugins = match body.has_own_mesh() {
                     true => format!("plugin `{material}`"),
                     false => format!("plugins `{grid}` and `{material}`"),
                 };

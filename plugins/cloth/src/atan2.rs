@@ -1,10 +1,10 @@
-//! `atan2` from sums, products and quotients alone, so that its bytes do not depend on the system's mathematical library.
+//! `atan2` from sums, products and quotients alone, so that its results are bitwise the same on every system.
 
 use pliant_plugin_api::lanes::Real;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// Angle of the point (`x`, `y`) against the x axis, rad, in [-pi, pi]; 0 at the origin, NaN where a coordinate is NaN. Relative error
-/// below 2e-15: a rational approximation (Moshier 1989).
+/// Angle of the point (`x`, `y`) against the x axis, rad, in [-pi, pi]; 0 at the origin. The sign of a zero is ignored. Relative error below 2e-15 for
+/// finite coordinates whose sum does not overflow, by the rational approximation of Cephes (Moshier 1989); NaN if a coordinate is NaN or infinite.
 #[inline(always)]
 pub(crate) fn atan2<T: Real>(y: T, x: T) -> T {
     let (abs_y, abs_x, zero) = (y.abs(), x.abs(), x.splat(0.0));

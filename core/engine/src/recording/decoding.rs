@@ -113,7 +113,7 @@ impl<'a> ByteReader<'a> {
             }
             3 => {
                 let [factor] = self.numbers()?;
-                (factor.is_finite() && factor > 0.0).then_some(SessionCommand::SetStiffness { factor })
+                (0.001..=1000.0).contains(&factor).then_some(SessionCommand::SetStiffness { factor })
             }
             4 => Some(SessionCommand::AddLayer { name: self.text()? }),
             5 => Some(SessionCommand::RenameLayer { layer: self.u32()?, name: self.text()? }),

@@ -17,8 +17,8 @@ use std::path::PathBuf;
 
 /// First bytes of a recording.
 pub const MAGIC: &[u8; 8] = b"PLIANTRC";
-/// Version of the format this program writes. It reads older ones too: version 3 has no commands on sculpt layers and no peak torques of devices, version 2 none that sets a
-/// stiffness, version 1 neither commands nor idle steps.
+/// Version of the format this program writes. It reads older ones too: version 3 has no commands on sculpt layers, on
+/// parts of bodies and on brushes, and no peak torques of devices, version 2 no command that sets a stiffness, version 1 neither commands nor idle steps.
 pub const VERSION: u32 = 4;
 /// First version with the peak torque of a device; in older ones it is 0, not known.
 pub const PEAK_TORQUE_VERSION: u32 = 4;

@@ -18,8 +18,8 @@ impl Session {
             let wanted = of_tool.and_then(|t| t.sheets.as_ref()).map(|sheets| *sheets.get_ref());
             for (index, body) in self.bodies.iter().enumerate() {
                 let Some(sheet) = body.discretization.sheet() else { continue };
-                let share = sheet.edge() / slot.tool.proxy.shape.shape().feature_size();
-                let fits = if share <= MAX_EDGE_RATIO { SheetContact::Vertices } else { SheetContact::Triangles };
+                let edge_ratio = sheet.edge() / slot.tool.proxy.shape.shape().feature_size();
+                let fits = if edge_ratio <= MAX_EDGE_RATIO { SheetContact::Vertices } else { SheetContact::Triangles };
                 if let Some(law) = &slot.law {
                     slot.soft[index] = Some(SoftTip::with_law(Arc::clone(law)));
                     let why = "a contact law acts at vertices".into();
@@ -34,9 +34,11 @@ impl Session {
                 };
                 slot.soft[index] = meets.map(SoftTip::new);
                 let why = match wanted {
-                    Some(_) => "as the scene says".into(),
+                    Some(_) => String::new(),
                     None => {
-                        format!("an edge is {share:.2} of the tip's radius; vertices hold it up to {MAX_EDGE_RATIO}")
+                        format!(
+                            "an edge is {edge_ratio:.2} of the tip's smallest dimension; constraints at vertices are used up to {MAX_EDGE_RATIO}"
+                        )
                     }
                 };
                 let (tool, body) = (slot.tool.name.clone(), body.name.clone());

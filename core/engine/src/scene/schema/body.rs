@@ -226,7 +226,7 @@ pub struct GridScene {
     pub level: Spanned<Level>,
     /// Which cells are simulated: those around contacts (`local`) or all (`whole`).
     pub region: Extent,
-    /// Radius of a local region; 10 cells by default.
+    /// Radius of a local region; by default the larger of 10 cells and 4 radii of the largest tool.
     #[schemars(with = "Option<Length>")]
     pub radius: Option<Spanned<Length>>,
     /// Time constant with which cells that a tool has left return to rest.

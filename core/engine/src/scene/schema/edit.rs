@@ -109,8 +109,8 @@ pub struct ProbeScene {
     pub of: Option<Spanned<String>>,
     /// Point to which the measured surface point is the nearest.
     pub at: Option<[Length; 3]>,
-    /// Direction, of any length, along which the component of a `displacement`, `force`, `torque` or `obstacle-force` is measured, with its sign; the length of the
-    /// vector by default.
+    /// Direction, of any length, along which the component of a `displacement`, `force`, `torque`, `obstacle-force` or `contact-force` is measured, with
+    /// its sign; the length of the vector by default.
     #[schemars(with = "Option<[f64; 3]>")]
     pub direction: Option<Spanned<[f64; 3]>>,
     /// Time of the measurement; the end of the scene by default.

@@ -138,7 +138,8 @@ pub struct ToolShapeScene {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum SheetContact {
-    /// Constraints: vertices that would enter the tool stay on its surface. Exact; best where edges are shorter than half the tool's radius.
+    /// Constraints: vertices that would enter the tool stay on its surface. Exact; the default where edges are at most as long as the
+    /// tool's smallest dimension.
     Vertices,
     /// Augmented Lagrangian at points of triangles: springs with the tool's `stiffness` and a force that is updated until none penetrates.
     Triangles,
