@@ -256,3 +256,23 @@ def test_an_obstacle_of_arrays_carries_a_block():
     fallen = pliant.Scene(data)
     fallen._meshes = scene._meshes
     assert pliant.run(fallen).meshes["block"].vertices[:, 2].min() < low - 0.3, "without it, it falls"
+
+
+def test_a_tool_of_another_shape_has_no_radius_and_presses():
+    vertices, faces = block()
+    scene = pliant.Scene()
+    scene.time(duration=0.1, dt="1 ms")
+    table = {"box": [[-1, -1, -0.051], [1, 1, -0.049]]}
+    scene.body("cube", mesh=vertices, faces=faces, material="mass-spring", grid={"level": 4}, fixed=[table])
+    scene.hand("hand", path=[[0.0, 0.0, 0.0, 0.056], [0.1, 0.0, 0.0, 0.048]])
+    scene.tool("plate", shape={"kind": "box", "size": ["20 mm", "20 mm", "10 mm"]}, stiffness="300 N/m")
+    scene.edit("touch", tool="plate")
+    result = pliant.run(scene)
+    assert result.tools["plate"].force[-1, 2] > 0.0
+
+
+def test_a_device_repeats_a_recording_without_a_plugin():
+    scene = pliant.Scene()
+    scene.device("hand", recording="hand.rec")
+    assert scene.to_dict()["device"] == [{"name": "hand", "recording": "hand.rec"}]
+    assert "plugin" not in scene.to_toml()
