@@ -203,6 +203,7 @@ fn exchange(_a: &Path, _b: &Path) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use super::recovery::OLD_SUMMARY;
     use super::*;
     use std::fs::{create_dir_all, read_to_string, write};
 

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// Name of the folder with a complete set whose files are being moved.
 pub(super) const COMMITTED: &str = "results.pliant-committed";
 /// The summary of the set that is being replaced, in the folder of the committed one.
-const OLD_SUMMARY: &str = "summary.json.pliant-old.partial";
+pub(super) const OLD_SUMMARY: &str = "summary.json.pliant-old.partial";
 
 /// Completes a set in `folder` whose files were being moved when the process ended; does nothing without one.
 pub(super) fn complete(folder: &Path) -> io::Result<()> {
