@@ -16,6 +16,7 @@ from .properties import kind_label
 STEADY_FRAMES = 20
 # What of the settings a session has from its opening.
 _OF_SESSION = ("substance", "preset", "plugin", "young", "density", "fabric", "level", "radius", "pin_group", "stiffness_group", "factor_at_zero", "factor_at_one")
+_OF_SESSION += ("brush_strength", "paint_factor")
 
 
 class DeviceControl:
@@ -41,10 +42,13 @@ class DeviceControl:
         editing = self._editing
         if editing.device is None:
             self.start(context)
-        elif editing.is_mesh_changed() or self._are_settings_new(context):
+        elif editing.is_stale or editing.is_mesh_changed() or self._are_settings_new(context):
             self._go_on(context)
+        before = _signature(context, editing.object())
         kind = editing.show_device(wish_of(context))
         if kind is not None:
+            # A stroke that pins or paints may choose its vertex group in the panel: the session has that already.
+            self._settle(before, _signature(context, editing.object()))
             _push_undo(kind)
         lost = editing.device is not None and editing.device.state.status == "lost"
         if not lost:
@@ -58,7 +62,7 @@ class DeviceControl:
         obj = self._editing.object()
         self._opened_with, self._steady = _signature(context, obj), 0
         try:
-            kind = self._editing.go_on_with_device(self._choice, wish_of(context))
+            kind = self._editing.go_on_with_device(wish_of(context))
         except Exception:
             self._editing.drop()
             raise
@@ -70,6 +74,11 @@ class DeviceControl:
         kind = self._editing.device.kind if self._editing.device is not None else ""
         if self._editing.is_under_way and self._editing.end():
             _push_undo(kind)
+
+    def _settle(self, before: tuple, now: tuple) -> None:
+        """Take settings that have just changed from one signature to another for those of the session, where they were so before."""
+        if self._opened_with == before:
+            self._opened_with = now
 
     def _are_settings_new(self, context: bpy.types.Context) -> bool:
         """Whether the settings are others than the session has, and have been so for a while."""

@@ -75,27 +75,25 @@ class DeviceStrokes:
     ----------
     edit : MeshEdit
         The mesh.
-    choice : DeviceChoice
-        The device.
     wish : Wish
         Where the user looks from, and the tool.
-    before : DeviceStrokes, optional
-        The device as it has had the hand on another mesh, until now: it stays open.
+    device : DeviceChoice or DeviceStrokes
+        The device to open, or one that has had the hand on another mesh until now: it stays open.
     """
 
-    def __init__(self, edit: MeshEdit, choice: DeviceChoice, wish: Wish, before: DeviceStrokes | None = None) -> None:
+    def __init__(self, edit: MeshEdit, wish: Wish, device: DeviceChoice | DeviceStrokes) -> None:
         self._edit = edit
         # Cloth has no inside.
         self._phase = _Phase.INSIDE if edit.settings.fabric is None else _Phase.FREE
         asked = {"view": wish.view, "force_share": wish.force_share}
-        if before is not None:
+        if isinstance(device, DeviceStrokes):
             # A tool that touched goes on touching from outside.
-            self._phase = _Phase.INSIDE if before.is_inside and self._phase is _Phase.INSIDE else _Phase.FREE
+            self._phase = _Phase.INSIDE if device.is_inside and self._phase is _Phase.INSIDE else _Phase.FREE
             buttons = (0, 0, 0) if self._phase is _Phase.INSIDE else ([felt_button()],) * 3
-            self._hand = edit.give_hand(before._hand, buttons=buttons, **asked)
+            self._hand = edit.give_hand(device._hand, buttons=buttons, **asked)
         else:
-            self._hand = edit.give_hand(choice.plugin, params=dict(choice.params), buttons=(0, 0, 0), **asked)
-        self._strokes = 0 if before is None else before.state.strokes
+            self._hand = edit.give_hand(device.plugin, params=dict(device.params), buttons=(0, 0, 0), **asked)
+        self._strokes = device.state.strokes if isinstance(device, DeviceStrokes) else 0
         self._kind = ""
         self._start = 0.0
         # s, since when nothing has been touched after a stroke

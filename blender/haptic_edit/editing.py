@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,8 @@ REGION_SHARE = 0.35
 REGION_CELLS = 5.0
 # Cells around a pinned vertex whose nodes are held: the diagonal of a cell, so that all corners of the one the vertex is in are among them.
 PIN_CELLS = 3.0**0.5
+# Radius of a soft brush of the engine: in radii of the tool, and in edges of a cell at least.
+BRUSH_RADII, BRUSH_EDGES = 3.0, 1.5
 # Distance at which an obstacle is met that is not closed and has no inside, over the size of the mesh.
 THICKNESS_SHARE = 5e-3
 # s, in which a force may rise to its peak.
@@ -64,6 +67,10 @@ class Settings:
         Factor of the stiffness at each vertex, 0.1 to 10; empty for 1 everywhere.
     symmetry : str
         Axes of the scene in which the hand is mirrored, such as ``"x"`` or ``"xz"``; empty for none.
+    strength : float
+        Pressure or rate of the edit kinds that have one, over what it is by default.
+    paint_factor : float
+        Factor of the stiffness that paint reaches, 0.1 to 10.
     """
 
     young: float = 20e3
@@ -75,6 +82,13 @@ class Settings:
     pinned: tuple[int, ...] = ()
     factors: tuple[float, ...] = ()
     symmetry: str = ""
+    strength: float = 1.0
+    paint_factor: float = 4.0
+
+    def brush_radius(self, size: float) -> float:
+        """m, within which a tool pins, frees and paints a mesh of a size (m)."""
+        cells = 0.0 if self.fabric is not None else BRUSH_EDGES * size / 2 ** (self.level - 1)
+        return max(BRUSH_RADII * self.radius, cells)
 
 
 @dataclass(frozen=True)
@@ -202,7 +216,7 @@ def scene_of(mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ..
     for obstacle in obstacles:
         keys = {} if obstacle.mesh.is_closed() else {"thickness": THICKNESS_SHARE * size}
         scene.obstacle(obstacle.name, mesh=obstacle.mesh.vertices, faces=obstacle.mesh.faces(), **keys)
-    peak = PEAK_SHARE * stiffness * radius
+    peak, strengths = PEAK_SHARE * stiffness * radius, pliant.edit_strengths()
     scene.hand(TOOL, peak_force=float(np.clip(peak, 1e-3, 1e4)), stiffness=float(np.clip(4 * stiffness, 1e-3, 1e6)))
     tool = {"stiffness": stiffness, "speed": SPEED * size, "slew": peak / RISE, "blade": {"length": 4.0 * size}}
     if is_sheet:
@@ -213,8 +227,12 @@ def scene_of(mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ..
         keys = {} if kind == "cut" else {"release": "keep"}
         if kind == "pull":
             keys["limit"] = 10 * peak
-        if kind in ("inflate", "deflate"):
-            keys["strength"] = SHEET_PRESSURE if is_sheet else PRESSURE_SHARE * settings.young
+        if kind == "paint":
+            keys["strength"] = settings.paint_factor
+        elif kind in ("inflate", "deflate"):
+            keys["strength"] = settings.strength * (SHEET_PRESSURE if is_sheet else PRESSURE_SHARE * settings.young)
+        elif kind in strengths:
+            keys["strength"] = settings.strength * strengths[kind].default
         if settings.symmetry:
             keys["symmetry"] = settings.symmetry
         scene.edit(kind, tool=TOOL, button=button, **keys)
@@ -324,7 +342,7 @@ class MeshEdit:
             return False
         self._arrive()
         self._stroke = None
-        self._stop()
+        self._stop(self._live.stop)
         self._keep_steps(self._start, self.session.steps)
         return len(self.session.triangles(BODY)) != self.triangles
 
@@ -363,19 +381,25 @@ class MeshEdit:
         """Take the hand from a device, which is closed, and let the mesh come to rest. Give whether the mesh was cut or broke."""
         if self._live is None:
             return False
-        self._stop()
+        self._stop(self._live.stop)
         return len(self.session.triangles(BODY)) != self.triangles
+
+    def pause(self) -> None:
+        """Stop a session whose hand a device has, let the mesh come to rest, and leave the device open for another session."""
+        hand = self._live
+        if isinstance(hand, pliant.DeviceHand):
+            self._stop(hand.pause)
 
     def is_cut(self) -> bool:
         """Whether a device has cut or broken the mesh."""
         return self._live is not None and self._live.triangle_count(BODY) not in (0, self.triangles)
 
-    def _stop(self) -> None:
-        """Stop the clock, keep the poses of the hand, let it go, and give the mesh time to come to rest."""
+    def _stop(self, stop: Callable[[], list[pliant.UsedPose]]) -> None:
+        """Stop the clock as `stop` does, keep the poses of the hand, let it go, and give the mesh time to come to rest."""
         live, self._live = self._live, None
         self.keep_poses(live.take_poses())
         # Those of steps in between.
-        self.keep_poses(poses_of(live.stop()))
+        self.keep_poses(poses_of(stop()))
         self.session.hand(TOOL).leave()
         self.session.step(max(1, round(SETTLE / self.session.dt)))
 
@@ -392,6 +416,19 @@ class MeshEdit:
         is_new, self._refusals = count > self._refusals, count
         texts = [event["text"] for event in events["told"] if event["kind"] == "cut-refused"]
         return texts[-1:] if is_new else []
+
+    def painting(self) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """Vertices that strokes have pinned, and those whose stiffness they have painted with the factor of each; of a device those of the newest view."""
+        source = self.session if self._live is None else self._live
+        vertices, factors = source.painted(BODY)
+        return source.pinned(BODY).astype(np.int64), (vertices.astype(np.int64), factors)
+
+    def last_places(self, kind: str) -> np.ndarray | None:
+        """m (k x 3), where the hand was in the last stroke with the button of an edit kind pressed; None if its poses are no longer kept."""
+        if not self._strokes:
+            return None
+        poses = self._strokes[-1].poses
+        return poses.position[poses.buttons >> np.uint32(button_of(kind)) & 1 == 1]
 
     def recording(self) -> Recording | None:
         """All strokes so far; between strokes, after the first. None if the hand has had more poses than are kept."""

@@ -74,9 +74,17 @@ def _before_load(*_args: object) -> None:
     _finish_and_close()
 
 
+@persistent
+def _after_undo(*_args: object) -> None:
+    for editing in _open:
+        editing.is_stale = True
+
+
 def _handlers() -> list[tuple[list, object]]:
     """Blender's lists of handlers, with what each is to call."""
-    return [(bpy.app.handlers.save_pre, _before_save), (bpy.app.handlers.load_pre, _before_load)]
+    handlers = bpy.app.handlers
+    undone = [(handlers.undo_post, _after_undo), (handlers.redo_post, _after_undo)]
+    return [(handlers.save_pre, _before_save), (handlers.load_pre, _before_load), *undone]
 
 
 def is_enabled() -> bool:

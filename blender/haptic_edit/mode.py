@@ -15,7 +15,7 @@ from .editing import edit_kinds
 from .gesture import Ray
 from .object_editing import Editing
 from .preferences import device_choice
-from .properties import kind_items, kind_label
+from .properties import kind_items, kind_label, strength_name
 
 # Hz, at which the newest positions are shown.
 FRAME_RATE = 60.0
@@ -148,9 +148,9 @@ class HAPTIC_OT_edit(bpy.types.Operator):
             (bpy.ops.ed.redo if event.shift else bpy.ops.ed.undo)()
             return {"RUNNING_MODAL"}
         if event.type == "F":
-            name = "strength" if event.shift else "radius"
+            name = strength_name(given.kind) if event.shift else "radius"
             self._adjusted = (name, event.mouse_y, getattr(given, name))
-            context.workspace.status_text_set(f"Move the pointer up or down to set the {name}; click to take it, Esc to leave it")
+            context.workspace.status_text_set(f"Move the pointer up or down to set the {name.replace('_', ' ')}; click to take it, Esc to leave it")
             return {"RUNNING_MODAL"}
         kind = _kind_of_key(event)
         if kind is not None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 import pliant
 
-from . import bake, handover, mesh_io, topology
+from . import bake, handover, mesh_io, painting, topology
 from .device_strokes import DeviceChoice, DeviceStrokes, Wish
 from .editing import MeshArrays, MeshEdit, Obstacle, Settings
 from .gesture import Hit, Ray
@@ -17,12 +19,6 @@ from .panel_settings import settings_of
 FRAMES_TAKEN = 600
 # Way of a vertex over the size of the mesh that is not seen: the rest of a motion that has been felt.
 FELT_SHARE = 1e-3
-# Tools whose strokes stay in the session alone, and what is said when it is left.
-PAINTING = ("pin", "unpin", "paint")
-PAINT_LOST = (
-    "what strokes had pinned or painted is gone: the mesh or its settings have changed; pins and stiffness that last are vertex groups, "
-    "chosen in the panel as Pin and Stiffness Group"
-)
 
 
 class Editing:
@@ -41,8 +37,10 @@ class Editing:
         # Coordinates when the stroke began, and the shape key it edits.
         self._start = self._frame
         self._key: str | None = None
-        # Whether strokes have pinned or painted something that a new session will not have.
-        self._has_painted = False
+        # The edit kind of the stroke of the pointer, and the vertices that strokes of this session have pinned so far.
+        self._kind, self._stroke_pins = "", np.empty(0, dtype=np.int64)
+        # Whether what Blender has may be other than what the session was opened with, though the coordinates are the same: after an undo, or pins that were freed.
+        self.is_stale = False
         # Warnings to report, and those reported before.
         self._warnings: list[str] = []
         self._reported: set[str] = set()
@@ -88,6 +86,7 @@ class Editing:
         self._is_open = self._is_open if known else mesh.is_open()
         inverse = np.linalg.inv(mesh_io.to_scene_matrix(obj))
         # The session of a device is under way: it says no positions.
+        self.is_stale = False
         is_same = known and not self._takes_over and np.array_equal(inverse, self._inverse) and self._has_places_of(mesh)
         # Sizes are relative to the mesh when its session was opened: a stroke may change it.
         settings = settings_of(obj, self._edit.mesh if is_same else mesh, self._is_open, self._warnings)
@@ -96,15 +95,13 @@ class Editing:
             self._seen = self._edit.surface()
             return
         before = self._edit if self._takes_over else None
-        if self._has_painted and known:
-            self._warnings.append(PAINT_LOST)
-        self._has_painted = False
         if before is None:
             self.close()
         self._edit, self._replaced = MeshEdit(mesh, settings, obstacles, self.allowed), before
         handover.watch(self)
         self._warnings += [f"[{warning.code}] {warning.args[0]}" for warning in self._edit.warnings()]
         self._settings, self._inverse = settings, inverse
+        self._stroke_pins = np.empty(0, dtype=np.int64)
         self._seen = self._edit.surface()
         self._frame = np.empty((len(mesh.vertices), 3), dtype=np.float32)
 
@@ -133,7 +130,7 @@ class Editing:
             return False
         self._start, self._key = mesh_io.coordinates(self._require()), mesh_io.active_key(self._require())
         self._edit.begin(kind, ray, hit, back, self.depth(pressure))
-        self._has_painted |= kind in PAINTING
+        self._kind = kind
         return True
 
     def depth(self, pressure: float) -> float:
@@ -174,9 +171,9 @@ class Editing:
         obj = self._require()
         self._start, self._key = mesh_io.coordinates(obj), mesh_io.active_key(obj)
         self._shown, self._moved = self._start, 0.0
-        self.device = DeviceStrokes(self._edit, choice, wish)
+        self.device = DeviceStrokes(self._edit, wish, choice)
 
-    def go_on_with_device(self, choice: DeviceChoice, wish: Wish) -> str | None:
+    def go_on_with_device(self, wish: Wish) -> str | None:
         """Have the device that has the hand go on with it on the mesh as it is now, without closing it. A stroke that is under way is given up if the mesh is
         another one, as after undo, and finished otherwise; give the edit kind of one that is finished and in the mesh.
         """
@@ -186,28 +183,34 @@ class Editing:
             kind = before.finish()
             if kind is not None:
                 self._remember(False)
+                self._keep_painting(kind)
             elif self._settings.fabric is None:
                 # What was felt of a solid springs back.
                 mesh_io.set_coordinates(obj, self._start)
         before.keep_poses()
-        self._takes_over = True
+        self._hand_over(wish)
+        return kind
+
+    def _hand_over(self, wish: Wish) -> None:
+        """Open the session anew, and have the device that has the hand go on with it without closing it."""
+        before, self._takes_over = self.device, True
         try:
             self.device = None
             self.prepare()
-            self.device = DeviceStrokes(self._edit, choice, wish, before)
+            self.device = DeviceStrokes(self._edit, wish, before)
         finally:
             self._takes_over = False
             replaced, self._replaced = self._replaced, None
             if replaced is not None:
                 replaced.close()
+        obj = self._require()
         self._start, self._key = mesh_io.coordinates(obj), mesh_io.active_key(obj)
         self._shown, self._moved = self._start, 0.0
         self.tool = None
-        return kind
 
     def show_device(self, wish: Wish) -> str | None:
         """Guide the device that has the hand, and copy the newest positions into the mesh: what the timer does. Give the edit kind of a stroke that has
-        come to its end and is in the mesh; the device is closed if it has cut or broken the mesh.
+        come to its end and is in the mesh. After one that has cut the mesh the device goes on with a session of what it has become.
         """
         obj, edit = self._require(), self._edit
         if not edit.is_alive:
@@ -216,7 +219,7 @@ class Editing:
         if edit.is_cut():
             # A cut, and what broke, is shown when its stroke has ended.
             if kind is not None:
-                self.end()
+                self._show_cut(wish)
             return kind
         tool = edit.read(self._frame, self._inverse)
         if tool is not None:
@@ -229,12 +232,22 @@ class Editing:
         self._until_taken -= 1
         if kind is not None:
             self._remember(False)
+            self._keep_painting(kind)
             self._start = self._shown
         elif self._until_taken <= 0:
             self.device.keep_poses()
         if self._until_taken <= 0:
             self._until_taken = FRAMES_TAKEN
         return kind
+
+    def _show_cut(self, wish: Wish) -> None:
+        """Put a mesh that a device has cut, and come to rest, into Blender, and have the device go on with it without closing it."""
+        obj, edit = self._require(), self._edit
+        edit.pause()
+        self._warnings += edit.take_refusals()
+        topology.take_cut(obj, edit.mesh, edit.session)
+        self._remember(True)
+        self._hand_over(wish)
 
     def is_mesh_changed(self) -> bool:
         """Whether something else than the device has changed the mesh, as undo does."""
@@ -246,7 +259,9 @@ class Editing:
         obj = self._require()
         edit = self._edit
         is_stroke = is_step = True
+        kind = self._kind
         if self.device is not None:
+            kind = self.device.kind
             start, self.device = self.device.take_stroke(), None
             is_cut = edit.rest()
             if start is not None:
@@ -267,10 +282,53 @@ class Editing:
             mesh_io.set_coordinates(obj, self._start)
         if is_stroke:
             self._remember(is_cut)
+        if is_stroke and not is_cut:
+            self._keep_painting(kind)
         if is_cut:
             # The topology is another one: the next stroke begins with it.
             self.close()
         return is_step
+
+    def _keep_painting(self, kind: str) -> None:
+        """Put what a stroke has pinned, freed or painted into the vertex groups of the panel. The session has it already, so it goes on; where a group's pins
+        were freed, which a session fixes from its opening on, it is opened anew by the next stroke.
+        """
+        if kind not in painting.KINDS:
+            return
+        obj, edit = self._require(), self._edit
+        pinned, (vertices, factors) = edit.painting()
+        if kind == "unpin":
+            freed = np.setdiff1d(self._stroke_pins, pinned)
+            fixed = np.array(edit.settings.pinned, dtype=np.int64)
+            if len(fixed):
+                freed = np.union1d(freed, np.intersect1d(fixed, self._touched(kind)))
+            painting.remove_pins(obj, freed)
+        elif kind == "pin":
+            painting.add_pins(obj, pinned)
+        else:
+            total = np.array(edit.settings.factors) if edit.settings.factors else np.ones(len(edit.mesh.vertices))
+            total[vertices] *= factors
+            short = painting.set_factors(obj, total, vertices)
+            if short is not None:
+                self._warnings.append(short)
+        self._stroke_pins = pinned
+        now = settings_of(obj, edit.mesh, self._is_open, [])
+        if set(edit.settings.pinned) <= set(now.pinned):
+            self._settings = replace(self._settings, pinned=now.pinned, factors=now.factors)
+        else:
+            self.is_stale = True
+
+    def _touched(self, kind: str) -> np.ndarray:
+        """Vertices within the brush of the last stroke."""
+        edit, settings = self._edit, self._edit.settings
+        places = edit.last_places(kind)
+        if places is None:
+            self._warnings.append(
+                "what was held from the beginning stays so: where the hand has been is no longer known after 20 minutes; allowed is to leave the mode and enter it again"
+            )
+            return np.empty(0, dtype=np.int64)
+        brush = settings.brush_radius(edit.mesh.size())
+        return painting.touched_vertices(self._require(), places, settings.radius, brush, settings.symmetry)
 
     def _differs(self, places: np.ndarray) -> bool:
         """Whether coordinates are seen to be others than after the last stroke."""

@@ -24,6 +24,8 @@ def settings_of(obj: bpy.types.Object, mesh: MeshArrays, is_open: bool, warnings
         symmetry="".join(axis for axis, is_set in zip("xyz", given.symmetry, strict=True) if is_set),
         pinned=_pinned(obj, given.pin_group, warnings),
         factors=_factors(obj, given, warnings),
+        strength=given.brush_strength,
+        paint_factor=given.paint_factor,
     )
 
 

@@ -33,6 +33,13 @@ def kind_label(kind: str) -> str:
     return next((name for known, name, _ in kind_items(None, None) if known == kind), kind)
 
 
+def strength_name(kind: str) -> str:
+    """Name of the setting that says how strong the strokes of an edit kind are."""
+    if kind == "paint":
+        return "paint_factor"
+    return "brush_strength" if kind in pliant.edit_strengths() else "strength"
+
+
 def _fabrics(_self, _context) -> list[tuple[str, str, str]]:
     return _items("fabrics", lambda: [(name, name.replace("-", " ").title(), text) for name, text in pliant.Fabric.presets().items()])
 
@@ -87,7 +94,13 @@ class HapticSettings(bpy.types.PropertyGroup):
         name="Size", description="Radius of the tool over the size of the mesh", default=0.06, min=0.005, max=0.5, subtype="FACTOR"
     )
     strength: FloatProperty(
-        name="Strength", description="Depth of a press, in radii of the tool", default=0.5, min=0.05, max=2.0, subtype="FACTOR"
+        name="Depth", description="Depth of a press, in radii of the tool", default=0.5, min=0.05, max=2.0, subtype="FACTOR"
+    )
+    brush_strength: FloatProperty(
+        name="Strength", description="Pressure or rate of the tool, over what it is by default", default=1.0, min=0.05, max=20.0, soft_max=4.0
+    )
+    paint_factor: FloatProperty(
+        name="Factor", description="Factor of the stiffness that paint reaches", default=4.0, min=FACTORS[0], max=FACTORS[1]
     )
     use_pressure: BoolProperty(name="Pen Pressure", description="The pressure of a pen sets the depth of a press", default=True)
     symmetry: BoolVectorProperty(

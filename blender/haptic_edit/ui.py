@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import bpy
 
+from .gesture import Gesture, gesture_of
 from .preferences import preferences
-from .properties import SOLIDS
-
+from .properties import SOLIDS, strength_name
 
 
 class HAPTIC_PT_panel(bpy.types.Panel):
@@ -30,7 +30,10 @@ class HAPTIC_PT_panel(bpy.types.Panel):
         column = layout.column()
         column.prop(given, "kind")
         column.prop(given, "radius")
-        column.prop(given, "strength")
+        if gesture_of(given.kind) is Gesture.PRESS:
+            column.prop(given, "strength")
+        if strength_name(given.kind) != "strength":
+            column.prop(given, strength_name(given.kind))
         column.prop(given, "use_pressure")
         row = column.row(heading="Symmetry", align=True)
         for index, axis in enumerate("XYZ"):

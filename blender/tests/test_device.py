@@ -5,7 +5,7 @@ import time
 import bpy
 import numpy as np
 import pytest
-from device_user import DeviceUser, is_free, thread_names
+from device_user import DeviceUser, is_free, thread_ids, thread_names
 from strokes import BACK, add_grid_cube, coordinates, ray_at, stroke, uv
 
 HAPTIC_THREADS = {"haptic", "watchdog", "pliant-live"}
@@ -205,23 +205,35 @@ def test_a_share_of_the_force_is_felt(empty, lead):
     assert np.isclose(state.force[2], 0.25 * full, rtol=0.1) and np.isclose(state.force_limit, 0.25 * limit)
 
 
-def test_a_cut_of_a_device_parts_the_mesh_and_the_device_begins_anew(empty, lead):
+def test_a_cut_of_a_device_parts_the_mesh_and_the_device_stays_open(empty, lead):
     obj = add_grid_cube(cuts=6)
+    bpy.ops.ed.undo_push(message="start")
     vertices = len(obj.data.vertices)
     editing = empty.mode.Editing(obj)
     hand = lead(editing, kind="cut")
     hand.come_out()
+    haptic, first = thread_ids("haptic"), editing.edit
     # The blade points down from the hand; its tip goes through the cube from side to side.
     hand.go([0, 0, 0.095], [-0.093, 0.011, -0.09])
     hand.go([-0.093, 0.011, -0.09], [0.093, 0.013, -0.09], buttons=1, frames=60)
     hand.user.send([0.093, 0.013, -0.09])
-    hand.wait(lambda: hand.editing.device is None or hand.finished) if hand.editing.device else None
-    assert hand.finished == ["cut"] and hand.editing.device is None and hand.editing.edit is None
+    hand.wait(lambda: hand.finished)
+    assert hand.finished == ["cut"] and editing.edit is not first and editing.device is not None
     assert len(obj.data.vertices) > vertices
     assert "Cut" in [slot.name for slot in obj.material_slots]
-    assert is_free(hand.user.address)
-    hand.start()
+    assert thread_ids("haptic") == haptic, "the device was closed and opened"
+    # What was cut is felt, and the next stroke is one like any other; the force never leaps.
+    hand.kind, before = "touch", coordinates(obj)
     hand.come_out()
+    hand.go([0, 0.04, 0.095], [0, 0.04, 0.075])
+    hand.wait(lambda: editing.device.state.force[2] > 0.05)
+    hand.press(over=(0.0, 0.04))
+    assert hand.finished == ["cut", "touch"] and (before - coordinates(obj))[:, 2].max() > 1e-3
+    assert thread_ids("haptic") == haptic
+    editing.end()
+    for _ in range(2):
+        bpy.ops.ed.undo()
+    assert len(editing.object().data.vertices) == vertices
 
 
 def test_a_file_saved_in_mid_stroke_has_the_stroke_and_the_device_is_closed(empty, lead, tmp_path):
@@ -288,6 +300,27 @@ def test_nothing_is_left_of_a_device_whatever_ends_the_mode(empty, lead, ending,
         editing.close()
     assert is_free(hand.user.address) and editing.device is None
     wait_for_the_end_of_threads()
+
+
+def test_pins_of_a_device_outlive_its_session_and_an_undo_takes_them_back(empty, lead):
+    obj = add_grid_cube()
+    name = obj.name
+    bpy.ops.ed.undo_push(message="start")
+    editing = empty.mode.Editing(obj)
+    hand = lead(editing, kind="pin")
+    hand.come_out()
+    hand.press(depth=0.08)
+    held = [v.index for v in obj.data.vertices if any(obj.vertex_groups[g.group].name == "Pin" for g in v.groups)]
+    assert hand.finished == ["pin"] and len(held) >= 4 and bpy.context.scene.haptic_edit.pin_group == "Pin"
+    first = editing.edit
+    bpy.context.scene.haptic_edit.radius *= 0.9
+    editing.go_on_with_device(hand.wish())
+    assert editing.edit is not first and list(editing.edit.settings.pinned) == held
+    editing.end()
+    bpy.ops.ed.undo()
+    assert bpy.data.objects[name].vertex_groups.get("Pin") is None and editing.is_stale
+    hand.start()
+    assert editing.edit.settings.pinned == () and not editing.is_stale
 
 
 def test_a_mesh_that_something_else_changes_is_noticed(empty, lead):

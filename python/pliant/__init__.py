@@ -30,7 +30,20 @@ from ._result import Mesh, Probe, RayHit, Result, ToolTrace, Trace, run
 from ._scene import Scene
 from ._session import Frame, Session, Snapshot
 from ._warning import PliantWarning
-from .catalogue import Fabric, Material, Param, Plugin, Preset, devices, edit_kinds, opposite_kind, plugins, quantities
+from .catalogue import (
+    Fabric,
+    Material,
+    Param,
+    Plugin,
+    Preset,
+    Strength,
+    devices,
+    edit_kinds,
+    edit_strengths,
+    opposite_kind,
+    plugins,
+    quantities,
+)
 
 __version__ = "0.1.0"
 
@@ -62,6 +75,7 @@ __all__ = [
     "Scene",
     "Session",
     "Snapshot",
+    "Strength",
     "ToolState",
     "ToolTrace",
     "Trace",
@@ -70,6 +84,7 @@ __all__ = [
     "check",
     "devices",
     "edit_kinds",
+    "edit_strengths",
     "opposite_kind",
     "plugins",
     "quantities",

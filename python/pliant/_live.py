@@ -161,6 +161,40 @@ class Live:
         """
         return self._native.triangle_count(body)
 
+    def pinned(self, body: str) -> NDArray[np.uint32]:
+        """List the vertices that strokes hold in the newest view, as :meth:`Session.pinned`.
+
+        Parameters
+        ----------
+        body : str
+            A body that moves.
+
+        Returns
+        -------
+        ndarray
+            Vertices, ascending.
+        """
+        return self._native.pinned(body)
+
+    def painted(self, body: str, param: str = "young") -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
+        """List the vertices whose parameter strokes have painted in the newest view, as :meth:`Session.painted`.
+
+        Parameters
+        ----------
+        body : str
+            A body that moves.
+        param : str
+            The parameter.
+
+        Returns
+        -------
+        vertices : ndarray
+            Vertices, ascending.
+        factors : ndarray
+            Factor of the parameter at each.
+        """
+        return self._native.painted(body, param)
+
     def wait(self, seen: int = 0, seconds: float = 1.0) -> int:
         """Wait for a view.
 

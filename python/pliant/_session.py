@@ -234,6 +234,40 @@ class Session(Stepped[_native.Session, ToolState]):
         name = self._body(body)
         return Mesh(self._native.positions(name).copy(), self._native.triangles(name), self._native.face_of(name))
 
+    def pinned(self, body: str | None = None) -> NDArray[np.uint32]:
+        """List the vertices that strokes of ``pin`` hold, without those that the scene fixes.
+
+        Parameters
+        ----------
+        body : str, optional
+            Its name; the first body by default.
+
+        Returns
+        -------
+        ndarray
+            Vertices, ascending.
+        """
+        return self._native.pinned(self._body(body))
+
+    def painted(self, body: str | None = None, param: str = "young") -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
+        """List the vertices where strokes of ``paint`` have changed a parameter of the material.
+
+        Parameters
+        ----------
+        body : str, optional
+            Its name; the first body by default.
+        param : str
+            The parameter.
+
+        Returns
+        -------
+        vertices : ndarray
+            Vertices, ascending.
+        factors : ndarray
+            Factor of the parameter at each, over what the scene gives: of a solid that of the cell there, of a sheet the geometric mean of the triangles around it.
+        """
+        return self._native.painted(self._body(body), param)
+
     def nodes(self, body: str | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Copy the simulated nodes of a body.
 

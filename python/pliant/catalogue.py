@@ -130,6 +130,22 @@ class Preset:
     flow: tuple[float, float, float] | None = None
 
 
+@dataclass(frozen=True)
+class Strength:
+    """What the strength of an edit kind is.
+
+    Attributes
+    ----------
+    unit : str
+        SI unit; empty for a factor.
+    default : float
+        Its value where a scene gives none.
+    """
+
+    unit: str
+    default: float
+
+
 def plugins(kind: str | None = None, *, plugin_path: Iterable[str | os.PathLike[str]] = ()) -> list[Plugin]:
     """List the plugins there are.
 
@@ -193,6 +209,17 @@ def edit_kinds() -> dict[str, str]:
         A sentence by the name of each edit kind.
     """
     return dict(_native.edit_kinds())
+
+
+def edit_strengths() -> dict[str, Strength]:
+    """List the edit kinds that have a strength: a pressure, a rate, or the factor that ``"paint"`` reaches.
+
+    Returns
+    -------
+    dict of str to Strength
+        By the name of the edit kind.
+    """
+    return {kind: Strength(unit, default) for kind, unit, default in _native.edit_strengths()}
 
 
 def quantities() -> dict[str, str]:

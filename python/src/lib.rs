@@ -20,6 +20,7 @@ mod live_object;
 mod model;
 mod open;
 mod open_session;
+mod painting;
 mod plugins;
 mod run;
 mod session;
@@ -46,7 +47,9 @@ mod _native {
     #[pymodule_export]
     use super::open::check;
     #[pymodule_export]
-    use super::plugins::{devices, edit_kinds, opposite_kind, plugins, quantities, skipped_plugin_folders, solids};
+    use super::plugins::{
+        devices, edit_kinds, edit_strengths, opposite_kind, plugins, quantities, skipped_plugin_folders, solids,
+    };
     #[pymodule_export]
     use super::run::run;
     #[pymodule_export]

@@ -9,6 +9,7 @@ use super::live_clock::ClockPlayer;
 use super::live_device::{KeptDevice, Lead, LedHand, play_with_device};
 use super::model::Found;
 use super::open_session::Open;
+use super::painting::Painting;
 use pliant_editor::DeviceWish;
 use pliant_engine::session::{EventKind, HandPose, Session, ToolFrame};
 use std::collections::BTreeMap;
@@ -33,6 +34,8 @@ pub struct View {
     pub positions: Vec<Vec<[f32; 3]>>,
     /// Number of visible triangles of each body, without lids over holes and failed ones. Another number says that the body was cut or broke.
     pub triangles: Vec<usize>,
+    /// What strokes have pinned and painted on each body.
+    pub paintings: Vec<Arc<Painting>>,
     /// At the end of the last step.
     pub tools: Vec<ToolFrame>,
     /// The hand that a device has, or had until it was lost.
@@ -219,12 +222,14 @@ pub(super) struct Publisher<'a> {
     /// Number of visible triangles of each body, and the changes of surfaces that were counted with it.
     triangles: Vec<usize>,
     counted: Option<[u64; 4]>,
+    /// What strokes have pinned and painted on each body, and the changes of it that were counted then.
+    paintings: Vec<(Option<u64>, Arc<Painting>)>,
 }
 
 impl<'a> Publisher<'a> {
     /// Of a thread that has shown nothing yet.
     pub(super) fn new(shared: &'a Shared) -> Self {
-        Self { shared, number: 0, last: None, triangles: Vec::new(), counted: None }
+        Self { shared, number: 0, last: None, triangles: Vec::new(), counted: None, paintings: Vec::new() }
     }
 
     /// Whether it is time for another view.
@@ -245,10 +250,29 @@ impl<'a> Publisher<'a> {
         self.triangles.extend(bodies.map(|(index, body)| Found::Moving(index, body).triangles().count()));
     }
 
+    /// Lists pins and paint of the bodies where they have changed since the last list. A body whose grid fails keeps the list before.
+    fn list_paintings(&mut self, session: &Session) {
+        if self.paintings.len() != session.bodies.len() {
+            // A split, or its undo: others have the numbers.
+            self.paintings.clear();
+            self.paintings.resize_with(session.bodies.len(), || (None, Arc::default()));
+        }
+        for (body, (changes, painting)) in session.bodies.iter().zip(&mut self.paintings) {
+            let now = Some(body.paint_changes());
+            if std::mem::replace(changes, now) == now {
+                continue;
+            }
+            if let Ok(new) = Painting::of(body) {
+                *painting = Arc::new(new);
+            }
+        }
+    }
+
     /// Shows the session as it is, with the simulated time that was given up (s) and the hand that a device has.
     pub(super) fn publish(&mut self, session: &mut Session, lost_time: f64, hand: Option<LedHand>) {
         session.update_surface();
         self.count_triangles(session);
+        self.list_paintings(session);
         self.number += 1;
         let mut view = lock(&self.shared.view);
         (view.number, view.time, view.lost_time) = (self.number, session.time(), lost_time);
@@ -256,6 +280,8 @@ impl<'a> Publisher<'a> {
         view.hand = hand;
         let bodies = &session.bodies;
         view.triangles.clone_from(&self.triangles);
+        view.paintings.clear();
+        view.paintings.extend(self.paintings.iter().map(|(_, painting)| Arc::clone(painting)));
         view.positions.resize_with(bodies.len(), Vec::new);
         for (to, body) in view.positions.iter_mut().zip(bodies) {
             to.clear();

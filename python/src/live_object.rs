@@ -4,13 +4,14 @@ use super::arrays::copy_rows;
 use super::failure::{Failure, Kind};
 use super::live::{Ended, LiveThread, UsedPose, View};
 use super::live_device::{KeptDevice, LedHand};
+use super::painting::Painting;
 use super::session::Session;
 use super::states::{hand_pose, tool_dict};
 use numpy::{PyArray1, PyArray2, PyReadwriteArray2};
 use pliant_editor::DeviceWish;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// A session that goes on by the clock; stopping gives it back to its [`Session`].
@@ -46,6 +47,16 @@ impl Live {
     /// Reads the newest view.
     fn view<R>(&self, read: impl FnOnce(&View) -> Result<R, Failure>) -> PyResult<R> {
         self.with(|thread| thread.with_view(0, Duration::ZERO, read))
+    }
+
+    /// What strokes have pinned and painted on a body, in the newest view.
+    fn painting(&self, body: &str) -> PyResult<Arc<Painting>> {
+        let index = index_of(&self.bodies, "body", body)?;
+        self.view(|view| {
+            view.paintings.get(index).cloned().ok_or_else(|| {
+                Failure::argument("nothing has been shown yet; allowed is to wait for the first view with `wait`")
+            })
+        })
     }
 }
 
@@ -184,6 +195,22 @@ impl Live {
     fn triangle_count(&self, body: &str) -> PyResult<usize> {
         let index = index_of(&self.bodies, "body", body)?;
         self.view(|view| Ok(view.triangles.get(index).copied().unwrap_or_default()))
+    }
+
+    /// Vertices that strokes have pinned, ascending, in the newest view.
+    fn pinned<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        Ok(self.painting(body)?.pinned_array(py))
+    }
+
+    /// Vertices whose parameter strokes have painted, ascending, and the factor of each, in the newest view.
+    #[allow(clippy::type_complexity, reason = "two arrays")]
+    fn painted<'py>(
+        &self,
+        py: Python<'py>,
+        body: &str,
+        param: &str,
+    ) -> PyResult<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<f64>>)> {
+        Ok(self.painting(body)?.painted_arrays(py, param)?)
     }
 
     /// Copies the newest positions of a body, as many as `out` (n x 3) has rows, each times `matrix` (3 x 4, row by row) if one is given.

@@ -90,6 +90,16 @@ pub fn edit_kinds() -> Vec<(&'static str, &'static str)> {
     Command::names().collect()
 }
 
+/// Edit kinds with a strength, each with its SI unit (empty for a factor) and its default.
+#[pyfunction]
+pub fn edit_strengths() -> Vec<(&'static str, &'static str, f64)> {
+    let strength = |name: &'static str| match Command::find(name)? {
+        Command::Tool(kind) => kind.strength().map(|strength| (name, strength.unit, strength.default)),
+        Command::Undo | Command::Redo => None,
+    };
+    Command::names().filter_map(|(name, _)| strength(name)).collect()
+}
+
 /// Names of the plugins of devices that can have the hand.
 #[pyfunction]
 pub fn devices(py: Python<'_>, options: OpenOptions) -> PyResult<Vec<String>> {

@@ -11,6 +11,7 @@ use super::live_object::{GivenWish, Live};
 use super::model::{Found, names};
 use super::open::{OpenOptions, Opened, SceneText, open};
 use super::open_session::Open;
+use super::painting::Painting;
 use super::states::{frame_dict, hand_pose, tool_dict};
 use numpy::{PyArray1, PyArray2};
 use pliant_editor::{DeviceRequest, DeviceView, DeviceWish};
@@ -155,6 +156,14 @@ fn middle_of(session: &EngineSession) -> Vec3 {
     let Some(first) = points().next() else { return Vec3::zeros() };
     let (low, high) = points().fold((*first, *first), |(low, high), point| (low.inf(point), high.sup(point)));
     0.5 * (low + high)
+}
+
+/// What strokes have pinned and painted on a body.
+fn painting(open: &Open, body: &str) -> Result<Painting, Failure> {
+    match Found::named(&open.opened.session, body)? {
+        Found::Moving(_, body) => Painting::of(body),
+        Found::Standing(_) => Ok(Painting::default()),
+    }
 }
 
 /// The triangle of the model that is a row of [`Session::triangles`].
@@ -355,6 +364,22 @@ impl Session {
             let face_of = &found.model().surface.face_of;
             Ok(PyArray1::from_vec(py, found.triangles().map(|t| face_of[t as usize]).collect()))
         })
+    }
+
+    /// Vertices that strokes have pinned, ascending
+    fn pinned<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        self.read(|open| Ok(painting(open, body)?.pinned_array(py)))
+    }
+
+    /// Vertices whose parameter strokes have painted, ascending, and the factor of each
+    #[allow(clippy::type_complexity, reason = "two arrays")]
+    fn painted<'py>(
+        &self,
+        py: Python<'py>,
+        body: &str,
+        param: &str,
+    ) -> PyResult<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<f64>>)> {
+        self.read(|open| painting(open, body)?.painted_arrays(py, param))
     }
 
     /// m (n x 3), m/s (n x 3) and kg (n): copies of places, velocities and masses of a body's simulated nodes

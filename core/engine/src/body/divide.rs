@@ -235,7 +235,7 @@ impl Body {
             params: self.params.clone(),
             most_stiffening: self.most_stiffening,
             failed_triangles: FailedTriangles::default(),
-            tints: Vec::new(),
+            tints: Default::default(),
             fixings: fixings_of_part(self, &node_number),
             symmetry: None,
             frozen: None,

@@ -5,6 +5,7 @@ use super::surface_layer::{PaintDepth, SurfaceLayer};
 use super::{Body, Discretization, Lattice, LatticeError};
 use crate::edit::BrushShape;
 use pliant_solver::Vec3;
+use std::collections::BTreeMap;
 
 impl Body {
     /// Holds the nodes within `radius` (m) of a point of the rest shape (m) where they are; on a lattice all nodes that the surface within the radius
@@ -115,6 +116,42 @@ impl Body {
         let plane = self.params.iter().position(|key| key == "young");
         let factors = painted.get(lattice.region().cell_id[cell as usize]);
         plane.zip(factors).map_or(1.0, |(plane, factors)| factors[plane])
+    }
+
+    /// Factor of a parameter that strokes have painted, at each vertex where it is not 1, ascending: on a lattice that of its cell, on a sheet the geometric mean
+    /// of the triangles around it.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub fn painted_vertices_of(&self, param: &str) -> Result<Vec<(u32, f64)>, LatticeError> {
+        let painted = self.painted();
+        let Some(plane) = self.params.iter().position(|key| key == param) else { return Ok(Vec::new()) };
+        let log = |factors: &[f64]| libm::log(factors[plane]);
+        // Sum of the logarithms, and number, of the factors at a vertex.
+        let mut of_vertex: BTreeMap<u32, (f64, u32)> = BTreeMap::new();
+        let mut add = |vertex: u32, log: f64| {
+            let (sum, count) = of_vertex.entry(vertex).or_default();
+            (*sum, *count) = (*sum + log, *count + 1);
+        };
+        match &self.discretization {
+            _ if painted.is_empty() => {}
+            Discretization::Lattice(lattice) => {
+                let mut cells: Vec<(u64, f64)> =
+                    painted.elements().map(|(cell, factors)| (cell, log(factors))).collect();
+                cells.sort_unstable_by_key(|(cell, _)| *cell);
+                for (cell, log) in cells {
+                    lattice.for_points_of_cell(cell, |vertex| add(vertex, log))?;
+                }
+            }
+            Discretization::Sheet(_) => {
+                for (triangle, corners) in (0..).zip(&self.model.surface.triangles) {
+                    let log = painted.get(triangle).map_or(0.0, log);
+                    corners.iter().for_each(|vertex| add(*vertex, log));
+                }
+            }
+        }
+        let means = of_vertex.into_iter().map(|(vertex, (sum, count))| (vertex, libm::exp(sum / f64::from(count))));
+        Ok(means.filter(|(_, factor)| *factor != 1.0).collect())
     }
 
     /// Upper bound of the ratio by which painting has raised stiffness over mass of any part, 1 or more.

@@ -5,8 +5,14 @@ use super::{Body, Discretization, LatticeError, Skin};
 /// Tint of a pinned vertex; that of a painted one is the decimal logarithm of its factor, -1 to 1.
 pub const PINNED_TINT: f32 = 2.0;
 
-/// Tints of the vertices that are pinned or painted, ascending.
-pub type Tints = Vec<(u32, f32)>;
+/// Tints of the vertices that are pinned or painted.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tints {
+    /// Vertices, ascending, each with its tint.
+    list: Vec<(u32, f32)>,
+    /// Number of times that pins, factors or vertices have changed.
+    changes: u64,
+}
 
 /// The tint of a vertex; 0 if it is neither pinned nor painted.
 pub fn tint_of(tints: &[(u32, f32)], vertex: u32) -> f32 {
@@ -16,12 +22,17 @@ pub fn tint_of(tints: &[(u32, f32)], vertex: u32) -> f32 {
 impl Body {
     /// Tints of the vertices that are pinned or painted, ascending.
     pub fn tints(&self) -> &[(u32, f32)] {
-        &self.tints
+        &self.tints.list
+    }
+
+    /// Counts changes of what is pinned or painted, and of the vertices that it is listed by.
+    pub fn paint_changes(&self) -> u64 {
+        self.tints.changes
     }
 
     /// The surface, to be updated by a viewer, and the tints of its vertices.
     pub fn skin_with_tints(&mut self) -> (&mut Skin, &[(u32, f32)]) {
-        (&mut self.skin, &self.tints)
+        (&mut self.skin, &self.tints.list)
     }
 
     /// Lists the tints anew after pins, factors or vertices have changed, and marks the pages of vertices whose tint has.
@@ -36,15 +47,16 @@ impl Body {
         tints.dedup_by_key(|(vertex, _)| *vertex);
         let differs = |own: &[(u32, f32)], (vertex, tint): (u32, f32)| tint_of(own, vertex) != tint;
         let pages = &mut self.skin.pages;
-        tints.iter().filter(|at| differs(&self.tints, **at)).for_each(|(vertex, _)| pages.mark(*vertex));
-        self.tints.iter().filter(|at| differs(&tints, **at)).for_each(|(vertex, _)| pages.mark(*vertex));
-        self.tints = tints;
+        let before = &self.tints.list;
+        tints.iter().filter(|at| differs(before, **at)).for_each(|(vertex, _)| pages.mark(*vertex));
+        before.iter().filter(|at| differs(&tints, **at)).for_each(|(vertex, _)| pages.mark(*vertex));
+        self.tints = Tints { list: tints, changes: self.tints.changes + 1 };
         Ok(())
     }
 
     /// Tint of every vertex of a painted cell or triangle, several of a vertex in several triangles.
-    fn painted_vertices(&self) -> Result<Tints, LatticeError> {
-        let mut all = Tints::new();
+    fn painted_vertices(&self) -> Result<Vec<(u32, f32)>, LatticeError> {
+        let mut all = Vec::new();
         for (element, factors) in self.painted().elements() {
             let logs = factors.iter().map(|factor| libm::log10(*factor));
             let tint = logs.fold(0.0, |most: f64, log| if log.abs() > most.abs() { log } else { most }) as f32;

@@ -382,7 +382,7 @@ impl Opening<'_> {
             layer_stiffness: 0.0,
             layer_mass: 0.0,
             params,
-            tints: Vec::new(),
+            tints: Default::default(),
             failed_triangles: FailedTriangles::default(),
             most_stiffening: f64::INFINITY,
             fixings,
