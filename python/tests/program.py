@@ -25,10 +25,11 @@ def find_program() -> Path:
 
 @dataclass
 class Script:
-    """A hand step by step: where it is at the end of each step (m) with its buttons, and undos and redos before steps."""
+    """A hand step by step: where it is at the end of each step (m), how it is turned (rotation vector, degrees) and its buttons, and undos and redos before steps."""
 
     dt: float
-    places: list[np.ndarray | None] = field(default_factory=list)
+    places: list[np.ndarray] = field(default_factory=list)
+    turns: list[np.ndarray] = field(default_factory=list)
     buttons: list[int] = field(default_factory=list)
     # Steps taken before, and "undo" or "redo".
     history: list[tuple[int, str]] = field(default_factory=list)
@@ -38,9 +39,10 @@ class Script:
         """Number of steps so far."""
         return len(self.places)
 
-    def go(self, places, buttons=0) -> None:
+    def go(self, places, buttons=0, turn=(0.0, 0.0, 0.0)) -> None:
         """Go through places, one a step."""
         self.places += [np.asarray(place, dtype=np.float64) for place in places]
+        self.turns += [np.asarray(turn, dtype=np.float64)] * len(places)
         self.buttons += [buttons] * len(places)
 
     def step_back(self, kind: str, rest: int = 40) -> None:
@@ -50,15 +52,16 @@ class Script:
 
     def steer(self, scene: pliant.Scene, steps: int) -> dict:
         """The settings of a scene by which the program does the same up to a step."""
-        dt, path, buttons = self.dt, [], []
-        for step, place in enumerate(self.places[:steps], start=1):
+        dt, path, turns, buttons = self.dt, [], [], []
+        for step, (place, turn) in enumerate(zip(self.places[:steps], self.turns, strict=False), start=1):
             # Twice the same place around the end of the step: between both no interpolation rounds it.
             path += [[(step + at) * dt, *place.tolist()] for at in (-0.25, 0.25)]
+            turns += [[(step + at) * dt, *turn.tolist()] for at in (-0.25, 0.25)]
             buttons.append([(step - 0.5) * dt, self.buttons[step - 1]])
         data = scene.to_dict()
-        data["device"][0]["params"] |= {"path": path, "buttons": buttons}
+        data["device"][0]["params"] |= {"path": path, "rotation": turns, "buttons": buttons}
         data["time"]["duration"] = steps * dt
-        data["edit"] += [{"kind": kind, "start": (before + 0.5) * dt} for before, kind in self.history if before < steps]
+        data["edit"] += [{"kind": kind, "start": (before - 0.5) * dt} for before, kind in self.history if before < steps]
         return data
 
 

@@ -57,6 +57,17 @@ def test_a_law_written_in_python_conforms_and_stiffens():
     assert shallow_too == pytest.approx(shallow, rel=0.05) and deep_too > 1.1 * deep
 
 
+def test_a_law_by_automatic_differentiation_is_the_one_written_by_hand():
+    pytest.importorskip("jax")
+    import autodiff_material
+
+    cases, difference, forces = autodiff_material.main()
+    assert {case.verdict for case in cases} <= {"passed", "skipped"}, cases
+    assert difference < 1e-12, "to the rounding of double precision"
+    # The stiffness by hand is of differences of the stress: steps differ by what a solve leaves.
+    assert forces["differentiated"] == pytest.approx(forces["by hand"], rel=1e-3) and forces["by hand"][1] > 0.1
+
+
 def test_examples_of_the_documentation_run():
     for module in ("pliant._scene", "pliant.catalogue", "pliant._hyperelastic", "pliant._batch"):
         assert doctest.testmod(sys.modules[module]).failed == 0
