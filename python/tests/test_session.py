@@ -114,6 +114,27 @@ def test_positions_are_a_view_without_a_copy():
             one.flags.writeable = True
 
 
+def test_positions_are_where_the_engine_has_them():
+    def address(session):
+        return session.positions("cube").__array__().__array_interface__["data"][0]
+
+    with pliant.Session(pressed()) as session:
+        session.step()
+        before = np.asarray(session.positions("cube"))
+        places, kept = address(session), before.ctypes.data
+        assert kept == places, "each view is of the same memory"
+        del before
+        hand = session.hand("finger")
+        for height in np.linspace(0.06, 0.052, 40):
+            hand.go([0, 0, height])
+            session.step()
+            assert address(session) == places, "a step writes where the array was"
+        held = np.asarray(session.positions("cube"))
+        session.step()
+        # One that is held keeps its memory, and the engine goes on in another one.
+        assert held.ctypes.data == places != address(session)
+
+
 def test_positions_say_when_they_are_no_longer_valid():
     with pliant.Session(pressed()) as session:
         session.step()
