@@ -139,10 +139,31 @@ impl Body {
     /// # Errors
     /// Returns the error of the grid plugin.
     pub fn update_skin(&mut self, pool: &Pool) -> Result<(), LatticeError> {
-        self.discretization.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)?;
-        self.embed_exposed_faces();
+        self.embed_skin(pool)?;
         if let Some(symmetry) = &self.symmetry {
             symmetry.apply(&self.model, &mut self.skin);
+        }
+        Ok(())
+    }
+
+    /// Updates the positions as the nodes have them, without symmetry.
+    fn embed_skin(&mut self, pool: &Pool) -> Result<(), LatticeError> {
+        self.discretization.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)?;
+        self.embed_exposed_faces();
+        Ok(())
+    }
+
+    /// The shape was changed by no edit of a tool: what is now displaced on one side alone stays so.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(crate) fn find_one_sided(&mut self, pool: &Pool) -> Result<(), LatticeError> {
+        if self.symmetry.is_none() {
+            return Ok(());
+        }
+        self.embed_skin(pool)?;
+        if let Some(symmetry) = &mut self.symmetry {
+            symmetry.find_one_sided(&self.model, &self.skin);
         }
         Ok(())
     }

@@ -2,8 +2,9 @@
 
 use super::lattice::LatticeState;
 use super::sheet::SheetState;
-use super::{Body, Discretization, LatticeError};
-use pliant_solver::{Nodes, Vec3};
+use super::symmetry::SymmetryState;
+use super::{Body, Discretization, LatticeError, Symmetry};
+use pliant_solver::{Nodes, Pool, Vec3};
 use std::sync::Arc;
 
 /// Saved state of a body.
@@ -17,6 +18,7 @@ pub struct BodyState {
     /// Number of advances of blades that the mesh had taken.
     pub(super) cuts: usize,
     pub(super) frozen: Option<String>,
+    pub(super) symmetry: Option<SymmetryState>,
 }
 
 #[derive(Clone)]
@@ -50,7 +52,23 @@ impl Body {
             },
             cuts: self.cut.as_ref().map_or(0, |mesh| mesh.depth()),
             frozen: self.frozen.clone(),
+            symmetry: self.symmetry.as_ref().map(Symmetry::save),
         }
+    }
+
+    /// Restores which vertices are mirror images of each other, after [`Body::restore`].
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(crate) fn restore_symmetry(&mut self, state: &BodyState, pool: &Pool) -> Result<(), LatticeError> {
+        if self.symmetry.is_none() {
+            return Ok(());
+        }
+        self.embed_skin(pool)?;
+        if let Some(symmetry) = &mut self.symmetry {
+            symmetry.restore(state.symmetry.as_ref(), &self.model, &self.skin);
+        }
+        Ok(())
     }
 
     /// Restores a saved state of this body; the mesh undoes or redoes cuts until it has as many as then.

@@ -1,11 +1,13 @@
 //! Mirror symmetry of a model, exact to the last bit.
 //!
-//! The order of sums in assembly and solver is not symmetric, so the two halves of a symmetric model under mirrored hands differ by
-//! rounding. Vertices are therefore paired with their mirror images, and both get the mean of their displacements.
+//! The order of sums in assembly and solver is not symmetric, so the two halves of a symmetric model under mirrored hands differ by the tolerance of
+//! the solver. Vertices are therefore paired with their mirror images, and both get the mean of their displacements. Vertices that one side alone was
+//! moved at, before symmetry was switched on or by an edit without it, are left as they are.
 
 use super::{Model, Skin};
 use pliant_solver::Vec3;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Axes (x, y, z) along which a point is mirrored: those that are `true`.
 pub type Axes = [bool; 3];
@@ -19,7 +21,23 @@ pub fn mirrored(mut vector: Vec3, axes: Axes) -> Vec3 {
 /// Vertices of a body paired with their mirror images, for each axis it is symmetric in.
 #[derive(Debug, Default)]
 pub struct Symmetry {
+    /// Axes and centre (m) that it was asked for.
+    key: (Axes, Vec3),
     planes: Vec<MirrorPlane>,
+    /// Vertices that have another displacement than their mirror images (n). All images of one are in it, too.
+    one_sided: Arc<Vec<bool>>,
+    /// Whether an edit without symmetry is or was the last one: what it does is done to one side.
+    is_paused: bool,
+    /// Largest difference between the displacements of a vertex and of its mirror image that counts as an error of the solver, m.
+    largest_error: f64,
+}
+
+/// The part of a [`Symmetry`] that changes, for undo.
+#[derive(Clone, Debug)]
+pub(super) struct SymmetryState {
+    key: (Axes, Vec3),
+    one_sided: Arc<Vec<bool>>,
+    is_paused: bool,
 }
 
 /// Pairs of vertices about one plane.
@@ -32,45 +50,122 @@ struct MirrorPlane {
 
 /// Largest distance between a vertex and the mirror image of its partner, as a share of the diameter of the model about the centre.
 const TOLERANCE: f64 = 1e-6;
+/// Largest difference of mirrored displacements that was not made on one side alone, as a share of the diameter of the model about the centre: what is
+/// less is not seen.
+const LARGEST_ERROR: f64 = 1e-4;
 
 impl Symmetry {
     /// Pairs the vertices of a model about the planes through `centre` (m) normal to each of `axes`. Returns the axes (0 to 2) along which
-    /// the model is not symmetric as well; they are left out.
-    pub fn new(model: &Model, centre: Vec3, axes: Axes) -> (Self, Vec<usize>) {
-        let (mut found, mut missing) = (Self::default(), Vec::new());
+    /// the model is not symmetric as well; they are left out. What is displaced on one side now stays so.
+    pub fn new(model: &Model, skin: &Skin, centre: Vec3, axes: Axes) -> (Self, Vec<usize>) {
+        let points = &model.surface.points;
+        let (mut planes, mut missing) = (Vec::new(), Vec::new());
         for axis in (0..3).filter(|i| axes[*i]) {
             let axes = std::array::from_fn(|i| i == axis);
-            match partners(&model.surface.points, centre, axes) {
-                Some(partner) => found.planes.push(MirrorPlane { axes, partner }),
+            match partners(points, centre, axes) {
+                Some(partner) => planes.push(MirrorPlane { axes, partner }),
                 None => missing.push(axis),
             }
         }
+        let mut found = Self {
+            key: (axes, centre),
+            planes,
+            one_sided: Arc::new(vec![false; points.len()]),
+            is_paused: false,
+            largest_error: LARGEST_ERROR * diameter(points, centre),
+        };
+        found.find_one_sided(model, skin);
         (found, missing)
+    }
+
+    /// Adds the vertices that are displaced on one side alone to those that are left as they are.
+    pub fn find_one_sided(&mut self, model: &Model, skin: &Skin) {
+        let placed = &model.surface.points;
+        let mut found = std::mem::take(&mut self.one_sided);
+        let all = Arc::make_mut(&mut found);
+        for MirrorPlane { axes, partner } in &self.planes {
+            for (a, b) in pairs(partner).filter(|pair| is_there(skin, placed, *pair)) {
+                let (own, other) = (skin.x[a] - placed[a], mirrored(skin.x[b] - placed[b], *axes));
+                if (own - other).norm() > self.largest_error {
+                    (all[a], all[b]) = (true, true);
+                }
+            }
+        }
+        // One plane after the other, which gives all images: the planes are normal to each other.
+        for MirrorPlane { partner, .. } in &self.planes {
+            for (a, b) in pairs(partner) {
+                let either = all[a] || all[b];
+                (all[a], all[b]) = (either, either);
+            }
+        }
+        self.one_sided = found;
+    }
+
+    /// An edit begins that is mirrored or not.
+    pub(crate) fn begin_edit(&mut self, is_mirrored: bool, model: &Model, skin: &Skin) {
+        if std::mem::replace(&mut self.is_paused, !is_mirrored) && is_mirrored {
+            self.find_one_sided(model, skin);
+        }
+    }
+
+    /// What is to be kept for undo.
+    pub(super) fn save(&self) -> SymmetryState {
+        SymmetryState { key: self.key, one_sided: Arc::clone(&self.one_sided), is_paused: self.is_paused }
+    }
+
+    /// Goes back to a saved state; to what the present shape is like where that was saved with another symmetry or without.
+    pub(super) fn restore(&mut self, state: Option<&SymmetryState>, model: &Model, skin: &Skin) {
+        match state.filter(|state| state.key == self.key) {
+            Some(state) => (self.one_sided, self.is_paused) = (Arc::clone(&state.one_sided), state.is_paused),
+            None => {
+                Arc::make_mut(&mut self.one_sided).fill(false);
+                self.find_one_sided(model, skin);
+            }
+        }
     }
 
     /// Gives every vertex and its mirror image displacements that are mirror images of each other, to the last bit.
     pub fn apply(&self, model: &Model, skin: &mut Skin) {
+        if self.is_paused {
+            return;
+        }
         let placed = &model.surface.points;
         for MirrorPlane { axes, partner } in &self.planes {
-            for (a, &b) in partner.iter().enumerate().filter(|(a, b)| *a <= **b as usize) {
-                let b = b as usize;
-                if [a, b].iter().any(|v| skin.x.get(*v).is_none()) || (skin.x[a] == placed[a] && skin.x[b] == placed[b])
-                {
+            for (a, b) in pairs(partner).filter(|(a, _)| !self.one_sided[*a]) {
+                if !is_there(skin, placed, (a, b)) {
                     continue;
                 }
                 let mean = 0.5 * ((skin.x[a] - placed[a]) + mirrored(skin.x[b] - placed[b], *axes));
-                skin.x[a] = placed[a] + mean;
-                skin.x[b] = placed[b] + mirrored(mean, *axes);
-                [a, b].iter().for_each(|v| skin.pages.mark(*v as u32));
+                for (v, to) in [(a, placed[a] + mean), (b, placed[b] + mirrored(mean, *axes))] {
+                    if skin.x[v] != to {
+                        skin.x[v] = to;
+                        skin.pages.mark(v as u32);
+                    }
+                }
             }
         }
     }
 }
 
+/// Each pair of vertices once; a vertex on the plane is a pair with itself.
+fn pairs(partner: &[u32]) -> impl Iterator<Item = (usize, usize)> + '_ {
+    partner.iter().enumerate().map(|(a, &b)| (a, b as usize)).filter(|(a, b)| a <= b)
+}
+
+/// Whether the vertices of a pair are on the surface and one of them is displaced.
+fn is_there(skin: &Skin, placed: &[Vec3], (a, b): (usize, usize)) -> bool {
+    let is_present = [a, b].iter().all(|v| skin.x.get(*v).is_some());
+    is_present && !(skin.x[a] == placed[a] && skin.x[b] == placed[b])
+}
+
+/// Edge of the smallest cube around `centre` that holds all points, m.
+fn diameter(points: &[Vec3], centre: Vec3) -> f64 {
+    2.0 * points.iter().map(|p| (p - centre).amax()).fold(0.0, f64::max)
+}
+
 /// The vertex at the mirror image of each vertex; `None` if a vertex has none.
 fn partners(points: &[Vec3], centre: Vec3, axes: Axes) -> Option<Vec<u32>> {
-    let reach = points.iter().map(|p| (p - centre).amax()).fold(0.0, f64::max);
-    let size = 2.0 * TOLERANCE * reach;
+    let size = TOLERANCE * diameter(points, centre);
     if size == 0.0 {
         return None;
     }

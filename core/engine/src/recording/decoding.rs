@@ -142,6 +142,13 @@ impl<'a> ByteReader<'a> {
                 let [strength] = self.numbers()?;
                 (strength.is_finite() && strength > 0.0).then_some(SessionCommand::SetBrush { strength, falloff })
             }
+            12 => {
+                let bits = self.byte()?;
+                let centre = Vec3::from(self.numbers()?);
+                let axes = std::array::from_fn(|i| bits >> i & 1 == 1);
+                (bits < 8 && centre.iter().all(|c| c.is_finite()))
+                    .then_some(SessionCommand::SetSymmetry { axes, centre })
+            }
             _ => None,
         }
     }

@@ -1,8 +1,9 @@
 //! Requests to a session between two steps, as data: whoever records a session records them with its hands.
 
 use super::Session;
-use crate::body::Division;
+use crate::body::{Axes, Division};
 use crate::edit::Falloff;
+use pliant_solver::Vec3;
 
 /// A request to a session between two steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +30,13 @@ pub enum SessionCommand {
     SetStiffness {
         /// Factor of the stiffness that the scene gives, 0.001 to 1000
         factor: f64,
+    },
+    /// Mirrors hands along other axes, of those that the scene's `symmetry` has. The next strokes have it; what was done before stays.
+    SetSymmetry {
+        /// Axes along which hands are mirrored; none for no symmetry.
+        axes: Axes,
+        /// A point on all mirror planes, m
+        centre: Vec3,
     },
     /// [`Session::split`]: makes parts of a body bodies of their own.
     SplitBody {
@@ -93,6 +101,7 @@ impl Session {
                 !self.plan.edits.is_empty()
             }
             SessionCommand::SetStiffness { factor } => self.want_stiffness(factor),
+            SessionCommand::SetSymmetry { axes, centre } => self.set_symmetry(axes, centre),
             SessionCommand::SplitBody { body, triangle } => {
                 let division = triangle.map_or(Division::EachPart, Division::PartOf);
                 self.split(body as usize, division).is_ok()

@@ -25,6 +25,11 @@ impl DividedBodies {
     pub(super) fn new(bodies: usize) -> Self {
         Self { aside: BTreeMap::new(), root: (0..bodies).collect(), seams: BTreeMap::new() }
     }
+
+    /// Bodies that are kept aside.
+    pub(super) fn aside_mut(&mut self) -> impl Iterator<Item = &mut Body> {
+        self.aside.values_mut()
+    }
 }
 
 /// Why a body of a session is not split.

@@ -31,6 +31,7 @@ impl Session {
                 if self.plan.edits[edit].kind.changes_topology() {
                     self.layers.assign(&self.bodies);
                 }
+                self.begin_symmetric_edit(tool);
                 self.remember(tool, edit);
             }
             let slot = &mut self.tools[tool];

@@ -284,7 +284,13 @@ impl Session {
         self.show_bodies(state.bodies.iter().map(|(number, _)| *number));
         for (index, (_, state)) in state.bodies.iter().enumerate() {
             match self.bodies[index].restore(state) {
-                Ok(()) => self.changed(index),
+                Ok(()) => {
+                    let restored = self.bodies[index].restore_symmetry(state, &self.workers.all);
+                    self.changed(index);
+                    if let Err(error) = restored {
+                        self.freeze(index, time, error.to_string());
+                    }
+                }
                 Err(error) => self.freeze(index, time, error.to_string()),
             }
         }

@@ -18,6 +18,8 @@ pub struct Mirror {
     pub axes: Axes,
     /// A point on all mirror planes, m.
     pub centre: Vec3,
+    /// Whether the tool has a hand: it does not while [`SessionCommand::SetSymmetry`](super::SessionCommand::SetSymmetry) leaves out one of its axes.
+    pub is_active: bool,
 }
 
 impl Mirror {
@@ -45,39 +47,81 @@ impl Mirror {
 }
 
 impl Session {
-    /// Sets the hands of mirrored tools to the mirror images of their originals.
+    /// Sets the hands of mirrored tools to the mirror images of their originals; a tool that has just got one appears there, without a path from its last
+    /// place.
     pub(super) fn mirror_hands(&mut self) {
+        self.pair_vertices();
         for at in 0..self.tools.len() {
-            if let Some(mirror) = self.tools[at].mirror {
-                self.tools[at].hand = mirror.hand(&self.tools[mirror.of].hand);
+            let Some(mirror) = self.tools[at].mirror else { continue };
+            let was_present = self.tools[at].hand.present;
+            let image = mirror.hand(&self.tools[mirror.of].hand);
+            let slot = &mut self.tools[at];
+            slot.hand = image;
+            if !mirror.is_active {
+                slot.hand.leave();
+            } else if slot.hand.present && !was_present {
+                slot.tool.release(&slot.hand);
             }
+        }
+    }
+
+    /// Mirrors hands along `axes` about `centre` (m) from now on, as far as the scene has mirrored tools for it. Returns whether it has any.
+    pub(super) fn set_symmetry(&mut self, axes: Axes, centre: Vec3) -> bool {
+        let mut has_mirrors = false;
+        for mirror in self.tools.iter_mut().filter_map(|slot| slot.mirror.as_mut()) {
+            mirror.centre = centre;
+            mirror.is_active = (0..3).all(|i| axes[i] || !mirror.axes[i]);
+            has_mirrors = true;
+        }
+        if has_mirrors {
+            self.unpaired = Some((axes, centre));
+        }
+        has_mirrors
+    }
+
+    /// An edit of a tool begins: whether it is mirrored says what its changes are. Mirrored tools belong to their originals.
+    pub(super) fn begin_symmetric_edit(&mut self, tool: usize) {
+        if self.tools[tool].mirror.is_some() {
+            return;
+        }
+        if self.bodies.iter().all(|body| body.symmetry.is_none()) {
+            return;
+        }
+        self.update_surface();
+        let is_mirrored =
+            self.tools.iter().filter_map(|slot| slot.mirror).any(|image| image.of == tool && image.is_active);
+        for body in &mut self.bodies {
+            if let Some(symmetry) = &mut body.symmetry {
+                symmetry.begin_edit(is_mirrored, &body.model, &body.skin);
+            }
+        }
+    }
+
+    /// Pairs the vertices of all bodies about the planes that were set last, if that has not been done: it looks at every vertex, and an editor switches a
+    /// scene's symmetry off before the first step.
+    pub(super) fn pair_vertices(&mut self) {
+        let Some((axes, centre)) = self.unpaired.take() else { return };
+        self.update_surface();
+        let time = self.time();
+        for body in &mut self.bodies {
+            pair(body, centre, axes, time, &mut self.events);
+        }
+        // Undo may bring these back.
+        for body in self.divided.aside_mut() {
+            body.symmetry = axes.contains(&true).then(|| Symmetry::new(&body.model, &body.skin, centre, axes).0);
         }
     }
 }
 
-/// Connects mirrored tools with their originals, with mirror planes through the centre of the first body's bounding box, and pairs that body's vertices.
-pub(super) fn join(
-    tools: &mut [ToolSlot],
-    mirrors: &[Option<(usize, Axes)>],
-    bodies: &mut [Body],
-    events: &mut Events,
-) {
-    let Some(body) = bodies.first_mut().filter(|_| mirrors.iter().any(Option::is_some)) else { return };
-    let centre = body.model.surface.bounds().centre();
-    let mut all = [false; 3];
-    for (slot, mirror) in tools.iter_mut().zip(mirrors) {
-        let Some((of, axes)) = *mirror else { continue };
-        slot.mirror = Some(Mirror { of, axes, centre });
-        slot.tool.name = format!("{} mirrored in {}", slot.tool.name, Mirror::words(axes));
-        slot.pad = None;
-        if let Some(blade) = &mut slot.tool.blade {
-            blade.direction = mirrored(blade.direction, axes);
-        }
-        (0..3).for_each(|i| all[i] |= axes[i]);
+/// Pairs the vertices of a body about the planes through `centre` (m) normal to each of `axes`; with none its vertices are no longer paired.
+fn pair(body: &mut Body, centre: Vec3, axes: Axes, time: f64, events: &mut Events) {
+    body.symmetry = None;
+    if !axes.contains(&true) {
+        return;
     }
-    let (symmetry, missing) = Symmetry::new(&body.model, centre, all);
+    let (symmetry, missing) = Symmetry::new(&body.model, &body.skin, centre, axes);
     for axis in missing {
-        events.add(EventKind::Model, 0.0, || {
+        events.add(EventKind::Model, time, || {
             let name = ["x", "y", "z"][axis];
             format!(
                 "body `{}` is not symmetric in {name} about {} m: hands are mirrored, and the shape is what they make it",
@@ -88,13 +132,32 @@ pub(super) fn join(
     body.symmetry = Some(symmetry);
 }
 
+/// Connects mirrored tools with their originals, with mirror planes through the centre of the first body's bounding box. Returns the axes and the centre (m)
+/// about which vertices are to be paired; `None` without mirrored tools.
+pub(super) fn join(tools: &mut [ToolSlot], mirrors: &[Option<(usize, Axes)>], bodies: &[Body]) -> Option<(Axes, Vec3)> {
+    let body = bodies.first().filter(|_| mirrors.iter().any(Option::is_some))?;
+    let centre = body.model.surface.bounds().centre();
+    let mut all = [false; 3];
+    for (slot, mirror) in tools.iter_mut().zip(mirrors) {
+        let Some((of, axes)) = *mirror else { continue };
+        slot.mirror = Some(Mirror { of, axes, centre, is_active: true });
+        slot.tool.name = format!("{} mirrored in {}", slot.tool.name, Mirror::words(axes));
+        slot.pad = None;
+        if let Some(blade) = &mut slot.tool.blade {
+            blade.direction = mirrored(blade.direction, axes);
+        }
+        (0..3).for_each(|i| all[i] |= axes[i]);
+    }
+    Some((all, centre))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn a_mirrored_hand_has_the_reflected_rotation() {
-        let mirror = Mirror { of: 0, axes: [true, false, false], centre: Vec3::new(1.0, 0.0, 0.0) };
+        let mirror = Mirror { of: 0, axes: [true, false, false], centre: Vec3::new(1.0, 0.0, 0.0), is_active: true };
         let mut hand = Hand::new(1.0);
         hand.position = Vec3::new(3.0, 2.0, 1.0);
         hand.rotation = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), 0.3);

@@ -336,6 +336,8 @@ pub struct Session {
     obstacles: Obstacles,
     meetings: Meetings,
     seams: Seams,
+    /// Axes and centre (m) of a symmetry that the next step pairs the vertices of bodies for.
+    unpaired: Option<(crate::body::Axes, Vec3)>,
     scratch: Scratch,
     frame: Frame,
     stiffness: StiffnessState,

@@ -165,7 +165,7 @@ impl Session {
         for (at, slot) in tools.iter_mut().enumerate() {
             slot.has_torque = plan.has_torque(at);
         }
-        super::mirror::join(&mut tools, &plan.mirrors, &mut bodies, &mut opening.events);
+        let unpaired = super::mirror::join(&mut tools, &plan.mirrors, &bodies);
         let (obstacles, obstacle_files) = opening.obstacles(scene)?;
         let places = scene.obstacle.iter().map(|obstacle| source.error(obstacle.name.span(), "").place()).collect();
         let count = bodies.len();
@@ -213,6 +213,7 @@ impl Session {
             obstacles: Obstacles::new(obstacles, places, count),
             meetings,
             seams,
+            unpaired,
             scratch: Scratch { springs, has_seams, balls: Vec::new() },
             frame: Frame::default(),
             stiffness: super::StiffnessState::default(),

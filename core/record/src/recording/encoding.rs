@@ -95,5 +95,10 @@ pub(super) fn put_command(out: &mut Vec<u8>, command: &SessionCommand) {
             out.extend_from_slice(&[11, *falloff as u8]);
             put_numbers(out, &[*strength]);
         }
+        SessionCommand::SetSymmetry { axes, centre } => {
+            let bits = (0..3).filter(|i| axes[*i]).fold(0, |bits, i| bits | 1_u8 << i);
+            out.extend_from_slice(&[12, bits]);
+            put_numbers(out, centre.as_slice());
+        }
     }
 }

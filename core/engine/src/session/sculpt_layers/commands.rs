@@ -185,6 +185,9 @@ impl Session {
                 return Err(why);
             }
             self.changed(index);
+            if let Err(error) = self.bodies[index].find_one_sided(&self.workers.all) {
+                self.freeze(index, self.time(), error.to_string());
+            }
         }
         for slot in &mut self.tools {
             slot.tool.release(&slot.hand);
