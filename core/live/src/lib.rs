@@ -59,5 +59,6 @@ pub use session::{LiveGauges, LiveSession, LiveSettings};
 pub use snapshots::{DeviceLoss, HandSamples, SimulationPort};
 pub use summary::{DeviceCounts, HandSummary, LiveSummary};
 pub use view::{
-    BodyTopology, BodyView, TopologyPatch, ViewFrame, ViewReader, ViewWriter, Viewer, ViewerThread, view_buffer,
+    BladeEdgeView, BodyTopology, BodyView, ContactPoint, TopologyPatch, ViewFrame, ViewReader, ViewWriter, Viewer,
+    ViewerThread, view_buffer,
 };

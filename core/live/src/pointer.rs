@@ -34,6 +34,8 @@ struct Target {
     present: bool,
     /// Duration of the motion to the target, ns.
     duration: u64,
+    /// Whether the buttons change at the end of the motion, and not at its beginning.
+    presses_late: bool,
 }
 
 /// A pose of the hand in axes of the device.
@@ -60,9 +62,17 @@ struct Glide {
     began: u64,
     /// Whether a hand was present before.
     present: bool,
+    /// Buttons at its beginning.
+    buttons: u32,
 }
 
 impl Glide {
+    /// Buttons on its way to `target` at `time` (ns).
+    fn buttons_at(&self, target: &Target, time: u64) -> u32 {
+        let is_on_its_way = self.present && time.saturating_sub(self.began) < target.duration;
+        if target.presses_late && is_on_its_way { self.buttons } else { target.buttons }
+    }
+
     /// Pose of the hand on its motion to `target` at `time` (ns).
     fn pose_at(&self, target: &Target, time: u64) -> HandPose {
         let since = time.saturating_sub(self.began);
@@ -96,10 +106,19 @@ impl PointerHandle {
     /// Moves the hand to `position` (m) and `rotation`, in axes of the device, at constant speed within `duration` (s): the jumps of a pointer sampled at
     /// sixty frames per second would be perceptible. The buttons change at once.
     pub fn glide_to(&mut self, position: Vec3, rotation: UnitQuaternion<f64>, buttons: u32, duration: f64) {
-        let pose_at = HandPose { position, rotation };
+        self.send(HandPose { position, rotation }, buttons, duration, false);
+    }
+
+    /// Like [`PointerHandle::glide_to`], but the buttons change once the hand has arrived: what it presses, it presses there. One call does what would take two
+    /// of a program that draws a frame in between.
+    pub fn glide_then_press(&mut self, position: Vec3, rotation: UnitQuaternion<f64>, buttons: u32, duration: f64) {
+        self.send(HandPose { position, rotation }, buttons, duration, true);
+    }
+
+    fn send(&mut self, pose_at: HandPose, buttons: u32, duration: f64, presses_late: bool) {
         self.number += 1;
         let duration = (duration.max(0.0) * 1e9) as u64;
-        self.hands.write(Target { number: self.number, pose_at, buttons, present: true, duration });
+        self.hands.write(Target { number: self.number, pose_at, buttons, present: true, duration, presses_late });
     }
 
     /// Removes the hand: its poses are invalid until the next [`PointerHandle::move_to`].
@@ -123,13 +142,14 @@ impl HapticDevice for PointerDevice {
         let before = *self.hands.output_buffer();
         let target = *self.hands.read();
         if target.number != self.glide.number {
-            let from = self.glide.pose_at(&before, time);
-            self.glide = Glide { number: target.number, from, began: time, present: before.present };
+            let (from, buttons) = (self.glide.pose_at(&before, time), self.glide.buttons_at(&before, time));
+            self.glide = Glide { number: target.number, from, began: time, present: before.present, buttons };
         }
         let HandPose { position, rotation } = self.glide.pose_at(&target, time);
+        let buttons = self.glide.buttons_at(&target, time);
         let flags = if target.present { POSE_VALID } else { 0 };
         let orientation = rotation.coords.into();
-        let (buttons, position) = (target.buttons, position.into());
+        let position = position.into();
         poses.fill(Pose { time_ns: time, flags, buttons, position, orientation, ..Pose::default() });
         Status::OK
     }
@@ -188,5 +208,22 @@ mod tests {
         assert!((end.orientation[2] - 0.1_f64.sin()).abs() < 1e-12, "{:?}", end.orientation);
         hand.remove();
         assert_eq!(read(&mut device, 9_000_001).flags & POSE_VALID, 0);
+    }
+
+    #[test]
+    fn a_hand_that_presses_when_it_arrives_keeps_its_buttons_on_the_way() {
+        let (mut device, mut hand) = PointerDevice::new(info());
+        hand.glide_then_press(Vec3::x(), UnitQuaternion::identity(), 1, 1e-3);
+        assert_eq!(read(&mut device, 5).buttons, 1, "a new hand has no way to go");
+        hand.glide_then_press(2.0 * Vec3::x(), UnitQuaternion::identity(), 4, 1e-3);
+        assert_eq!(read(&mut device, 1_000_000).buttons, 1);
+        assert_eq!(read(&mut device, 1_999_999).buttons, 1);
+        // Another target before it has arrived: what was to be pressed has not been.
+        hand.glide_then_press(3.0 * Vec3::x(), UnitQuaternion::identity(), 8, 1e-3);
+        assert_eq!(read(&mut device, 1_999_999).buttons, 1);
+        let pose = read(&mut device, 2_999_999);
+        assert_eq!((pose.buttons, pose.position), (8, [3.0, 0.0, 0.0]));
+        hand.glide_to(Vec3::zeros(), UnitQuaternion::identity(), 0, 1e-3);
+        assert_eq!(read(&mut device, 3_000_000).buttons, 0, "and otherwise they change at once");
     }
 }

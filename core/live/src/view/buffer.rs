@@ -1,6 +1,7 @@
 //! Frames from the simulation to a viewer. Positions go through a triple buffer, of which only the newest is read; changes of topology go through a
 //! queue, which loses none. Neither side waits for the other, and only changed pages are copied.
 
+use super::contact::{list_blades, list_contacts};
 use super::frame::{BodyTopology, BodyView, TopologyPatch, ViewFrame};
 use pliant_engine::body::{Body, PAGE, TriangleLook, tint_of};
 use pliant_engine::session::Session;
@@ -124,6 +125,8 @@ impl ViewWriter {
         let felt = session.frame();
         let mut changed = frame.tools != felt.tools;
         frame.tools.clone_from(&felt.tools);
+        list_contacts(session, &mut frame.contacts);
+        list_blades(session, &mut frame.blades);
         (frame.nodes, frame.elements) = (felt.nodes, felt.elements);
         frame.bodies.resize_with(session.bodies.len(), BodyView::default);
         frame.cells.clear();

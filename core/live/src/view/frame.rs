@@ -1,5 +1,6 @@
 //! A frame for viewers: surfaces and tools of a session at one time.
 
+use super::contact::{BladeEdgeView, ContactPoint};
 use pliant_engine::body::{PAGE, TriangleLook};
 use pliant_engine::session::ToolFrame;
 use pliant_solver::Vec3;
@@ -19,6 +20,10 @@ pub struct ViewFrame {
     pub bodies: Vec<BodyView>,
     /// Tools, in the order of the session.
     pub tools: Vec<ToolFrame>,
+    /// Points where tools touch bodies.
+    pub contacts: Vec<ContactPoint>,
+    /// Blades of the tools in hands that are present.
+    pub blades: Vec<BladeEdgeView>,
     /// Number of simulated nodes.
     pub nodes: usize,
     /// Number of simulated elements.
