@@ -22,7 +22,7 @@ pub fn edit(cli: &Cli, args: &EditArgs) -> Result<Outcome, Failure> {
 }
 
 /// The program of the window: beside this one, or in a folder of `$PATH`.
-fn find_window() -> Result<PathBuf, Failure> {
+pub(crate) fn find_window() -> Result<PathBuf, Failure> {
     let name = format!("{WINDOW}{EXE_SUFFIX}");
     let beside = std::env::current_exe().ok().and_then(|own| own.parent().map(Path::to_path_buf));
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -69,6 +69,9 @@ fn window_arguments(cli: &Cli, args: &EditArgs) -> Vec<std::ffi::OsString> {
     }
     if let Some(seconds) = args.measure {
         add("--measure", &seconds.to_string());
+    }
+    if args.timings {
+        list.push("--timings".into());
     }
     if args.subdivide {
         list.push("--subdivide".into());

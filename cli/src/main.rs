@@ -16,6 +16,7 @@ mod call_watchdog;
 mod check;
 mod child;
 mod device;
+mod doctor;
 mod edit;
 mod escape;
 mod isolate;
@@ -85,6 +86,7 @@ fn run_command(cli: &Cli) -> Result<Outcome, Failure> {
     match &cli.command {
         Command::Run(args) => run::run(cli, args),
         Command::Edit(args) => edit::edit(cli, args),
+        Command::Doctor => doctor::doctor(cli),
         Command::Batch(args) => batch::batch(cli, args),
         Command::Replay(args) => replay::replay(cli, args),
         Command::Plan(args) => plan::plan(cli, args),

@@ -14,7 +14,7 @@ fn bench() -> Bench {
 fn help_and_version_go_to_standard_output() {
     let bench = Bench::new();
     let help = bench.pliant(&["--help"]).expect(0);
-    for verb in ["run", "edit", "plan", "plugin", "schema", "completions", "sample"] {
+    for verb in ["run", "edit", "doctor", "plan", "plugin", "schema", "completions", "sample"] {
         assert!(help.out.contains(verb), "{}", help.out);
         let of_verb = bench.pliant(&[verb, "--help"]).expect(0);
         assert!(of_verb.out.contains("Usage: pliant") && of_verb.err.is_empty(), "{verb}");
@@ -134,4 +134,46 @@ fn settings_take_the_place_of_what_the_scene_says() {
         bench.pliant(&["run", "scene.toml", "--set", set]).expect(2).says(&["scene.toml", "--set", said]);
     }
     assert_eq!(bench.names("."), ["scene.toml"], "nothing was written");
+}
+
+/// `pliant` beside a program of the window that does what a script says.
+#[cfg(unix)]
+fn doctor(bench: &Bench, script: Option<&str>, args: &[&str]) -> std::process::Output {
+    use std::os::unix::fs::PermissionsExt;
+    let own = bench.path("pliant");
+    std::fs::copy(pliant_tests::program(), &own).expect("copied");
+    if let Some(script) = script {
+        let window = bench.write("pliant-window", format!("#!/bin/sh\n{script}\n"));
+        std::fs::set_permissions(&window, std::fs::Permissions::from_mode(0o755)).expect("a program");
+    }
+    std::process::Command::new(own).arg("doctor").args(args).env("PATH", "/usr/bin:/bin").output().expect("it starts")
+}
+
+#[test]
+#[cfg(unix)]
+fn doctor_says_what_the_window_draws_with_or_why_there_is_none() {
+    let asked = "test \"$1\" = --renderer || exit 9";
+    let no_display = format!("{asked}; echo 'error: there is no display: set DISPLAY' >&2; exit 2");
+    for (script, code, said) in [
+        (
+            Some(format!("{asked}; echo 'llvmpipe (LLVM 19), OpenGL 4.5'")),
+            0,
+            "it draws with llvmpipe (LLVM 19), OpenGL 4.5",
+        ),
+        (Some(no_display), 1, "missing  window: there is no display: set DISPLAY"),
+        (Some("exit 3".to_owned()), 1, "ended with code 3"),
+        (Some("kill -9 $$".to_owned()), 1, "ended by"),
+        (None, 1, "neither beside `pliant` nor on the path"),
+    ] {
+        let bench = Bench::new();
+        let ran = doctor(&bench, script.as_deref(), &[]);
+        let out = String::from_utf8(ran.stdout).expect("text");
+        assert!(ran.status.code() == Some(code) && out.contains(said), "{script:?}: {} {out}", ran.status);
+        assert!(out.contains("pliant device doctor"), "{out}");
+        let json = doctor(&bench, script.as_deref(), &["--json"]);
+        let json: Value = serde_json::from_slice(&json.stdout).expect("one document");
+        let (key, text) = if code == 0 { ("renderer", "llvmpipe (LLVM 19), OpenGL 4.5") } else { ("missing", said) };
+        let text = text.trim_start_matches("missing  window: ");
+        assert!(json["window"][key].as_str().is_some_and(|found| found.contains(text)), "{script:?}: {json}");
+    }
 }

@@ -44,6 +44,8 @@ pub enum Command {
     Run(RunArgs),
     /// Open a window and sculpt a model, or the bodies of a scene, with the mouse
     Edit(EditArgs),
+    /// Say which renderer the window gets on this machine, or what it lacks
+    Doctor,
     /// Run many scripted edits of scenes, on one machine or a cluster, into one table
     Batch(BatchArgs),
     /// Run a recorded session again, without its devices

@@ -45,6 +45,9 @@ pub struct EditArgs {
     /// Press and stroke the model for so many seconds, print the times of the loops as JSON, and end
     #[arg(long, value_name = "SECONDS", requires = "path", value_parser = clap::value_parser!(u32).range(1..=3600))]
     pub measure: Option<u32>,
+    /// Print on the standard error how long the start took, and how soon the picture shows what the pointer does
+    #[arg(long)]
+    pub timings: bool,
     /// Make the same strokes without a window, to compare with
     #[arg(long, requires = "measure")]
     pub without_window: bool,
