@@ -137,7 +137,7 @@ fn a_model_that_has_changed_is_named() {
 #[test]
 fn commands_and_idle_steps_come_back() {
     let (mut random, bench) = (Random(9), Bench::new());
-    let path = bench.write("scene.toml", box_scene("", "", "release = \"keep\"\nbutton = 0"));
+    let path = bench.write("scene.toml", box_scene("", "", "release = \"keep\"\nbutton = 0\nsymmetry = \"xz\""));
     for round in 0..3 {
         let (scene, source) = scene::load(&path, &[]).unwrap();
         let plan = Plan::new(&scene, &source).unwrap();
@@ -174,7 +174,7 @@ fn commands_and_idle_steps_come_back() {
                 steps(&mut session, &mut writer, 1, present(0.03 - 2e-4 * f64::from(at), 1));
             }
             steps(&mut session, &mut writer, 30 + 40 * round, Pose::default());
-            let command = match random.below(10) {
+            let command = match random.below(11) {
                 0 | 1 => SessionCommand::Undo,
                 2 => SessionCommand::Redo,
                 3 => SessionCommand::AddLayer { name: format!("layer \u{3b2} {round}") },
@@ -185,6 +185,10 @@ fn commands_and_idle_steps_come_back() {
                 8 => SessionCommand::SetBrush {
                     strength: 0.1 + random.unit().abs(),
                     falloff: Falloff::ALL[random.below(6) as usize],
+                },
+                9 => SessionCommand::SetSymmetry {
+                    axes: std::array::from_fn(|_| random.below(2) == 0),
+                    centre: 1e-3 * random.vector(),
                 },
                 _ => SessionCommand::ResizeTools {
                     radius: 3e-3 + 6e-3 * random.unit(),

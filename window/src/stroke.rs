@@ -1,6 +1,5 @@
-//! The hands of the session, moved by the pointer.
+//! The hand of the session, moved by the pointer.
 
-use crate::symmetry::MirrorPlane;
 use pliant_editor::{
     DeviceHand, DeviceWish, Gesture, HandNews, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint,
 };
@@ -8,13 +7,10 @@ use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::PointerHandle;
 use pliant_solver::Vec3;
 
-/// The hand of the session, and the one that mirrors it.
+/// The hand of the session.
 pub struct HandControl {
     hand: PointerHandle,
-    mirror: PointerHandle,
     device_frame: DeviceFrame,
-    /// Where the other hand does the same.
-    plane: Option<MirrorPlane>,
     stroke: Option<Stroke>,
     /// Where the hand was sent last.
     place: Option<HandPlace>,
@@ -29,6 +25,8 @@ struct Stroke {
     buttons: u32,
     /// s, since it began
     time: f64,
+    /// s, until the button is pressed
+    arrival: f64,
     /// s, since it was let go while the hand was still on its way
     finishing: f64,
     /// Of a cut that was let go: s, until the blade has gone along the line.
@@ -41,8 +39,10 @@ struct Stroke {
 
 /// s, in which a hand goes from one place to the next: a frame
 const GLIDE: f64 = 1.0 / 60.0;
-/// s, before the button is pressed, so that the hand is where it shall take hold
-const ARRIVAL: f64 = 0.03;
+/// s, until the button is pressed, so that the hand is where it shall take hold: of one that hovered near, and of one that comes from afar
+const ARRIVAL: [f64; 2] = [0.008, 0.03];
+/// Radii of the tool within which a hand is near.
+const NEAR: f64 = 4.0;
 /// s, that a hand may still be on its way after a stroke was let go
 const LONGEST_FINISH: f64 = 5.0;
 /// Radii of the tool at which a hand has arrived.
@@ -55,16 +55,15 @@ const SHORTEST_SWEEP: f64 = 0.3;
 const HOVER: f64 = 0.6;
 
 impl HandControl {
-    /// The hands of a session whose devices stand at `device_frame`.
-    pub fn new([hand, mirror]: [PointerHandle; 2], device_hand: Option<DeviceHand>, device_frame: DeviceFrame) -> Self {
-        Self { hand, mirror, device_frame, plane: None, stroke: None, place: None, device_hand }
+    /// The hand of a session whose device stands at `device_frame`.
+    pub fn new(hand: PointerHandle, device_hand: Option<DeviceHand>, device_frame: DeviceFrame) -> Self {
+        Self { hand, device_frame, stroke: None, place: None, device_hand }
     }
 
-    /// The hands of the pointer, and the device that can have the first.
-    pub fn into_hands(mut self) -> ([PointerHandle; 2], Option<DeviceHand>) {
+    /// The hand of the pointer, and the device that can have it.
+    pub fn into_hand(mut self) -> (PointerHandle, Option<DeviceHand>) {
         self.end();
-        self.mirror.remove();
-        ([self.hand, self.mirror], self.device_hand)
+        (self.hand, self.device_hand)
     }
 
     /// The device that can have the hand.
@@ -85,31 +84,14 @@ impl HandControl {
     /// Gives the hand to the device, or to the pointer; nothing without a device.
     pub fn give_to_device(&mut self, leads: bool) {
         self.end();
-        self.mirror.remove();
         if let Some(device_hand) = &mut self.device_hand {
             device_hand.set_leads(leads);
         }
     }
 
-    /// Guides the device for a frame, and the hand that mirrors it; as for [`DeviceHand::advance`].
+    /// Guides the device for a frame; as for [`DeviceHand::advance`].
     pub fn guide_device(&mut self, wish: &DeviceWish) -> HandNews {
-        let Some(device_hand) = &mut self.device_hand else { return HandNews::None };
-        let news = device_hand.advance(wish);
-        let state = device_hand.state();
-        match (&self.plane, state.place) {
-            (Some(plane), Some(place)) if device_hand.leads() => {
-                plane.hand(&place).glide(&mut self.mirror, &self.device_frame, state.buttons, GLIDE);
-            }
-            _ => self.mirror.remove(),
-        }
-        news
-    }
-
-    /// The next stroke is made on both sides of a plane, or on one.
-    pub fn set_mirror(&mut self, plane: Option<MirrorPlane>) {
-        if !self.is_busy() {
-            self.plane = plane;
-        }
+        self.device_hand.as_mut().map_or(HandNews::None, |device_hand| device_hand.advance(wish))
     }
 
     /// Holds the tool at a place in the scene (m), touching nothing.
@@ -128,8 +110,11 @@ impl HandControl {
 
     /// Begins a stroke with the button of this mask; gives whether it did.
     pub fn begin(&mut self, start: StrokeStart, buttons: u32) -> bool {
-        let Some(path) = PointerStroke::begin(start) else { return false };
-        self.stroke = Some(Stroke { path, buttons, time: 0.0, finishing: 0.0, sweep: None, start: None, end: None });
+        let Some(mut path) = PointerStroke::begin(start) else { return false };
+        let way = self.place.map_or(f64::INFINITY, |place| (path.advance(0.0).position - place.position).norm());
+        let arrival = ARRIVAL[usize::from(way > NEAR * start.radius)];
+        self.stroke =
+            Some(Stroke { path, buttons, time: 0.0, arrival, finishing: 0.0, sweep: None, start: None, end: None });
         self.advance(0.0);
         true
     }
@@ -155,7 +140,7 @@ impl HandControl {
     pub fn advance(&mut self, dt: f64) {
         let Some(stroke) = &mut self.stroke else { return };
         stroke.time += dt;
-        let arrived = stroke.time >= ARRIVAL;
+        let (arrived, left) = (stroke.time >= stroke.arrival, stroke.arrival - stroke.time);
         // A press that waits for the hand does not go in yet.
         let place = stroke.path.advance(if arrived { dt } else { 0.0 });
         if stroke.path.gesture() == Gesture::Slice {
@@ -165,8 +150,13 @@ impl HandControl {
             self.send(start, 0);
             return;
         }
-        let buttons = if arrived { stroke.buttons } else { 0 };
-        self.send(place, buttons);
+        let buttons = stroke.buttons;
+        if arrived {
+            self.send(place, buttons);
+        } else {
+            self.place = Some(place);
+            place.glide_then_press(&mut self.hand, &self.device_frame, buttons, left);
+        }
     }
 
     /// The stroke was let go `dt` (s) after the last call. It ends once the hand, which the simulation has at `hand` (m), has arrived: in slow
@@ -215,12 +205,9 @@ impl HandControl {
         self.glide(&place, buttons, GLIDE);
     }
 
-    /// Sends the hand, and the one that mirrors it, to a place within `duration` (s).
+    /// Sends the hand to a place within `duration` (s).
     fn glide(&mut self, place: &HandPlace, buttons: u32, duration: f64) {
         place.glide(&mut self.hand, &self.device_frame, buttons, duration);
-        if let Some(plane) = &self.plane {
-            plane.hand(place).glide(&mut self.mirror, &self.device_frame, buttons, duration);
-        }
     }
 
     /// The line of a cut that is being drawn or made, from its start (m) to its end.

@@ -1,49 +1,38 @@
-//! Mirror symmetry of strokes: a second hand does what the first one does, on the other side of a plane.
+//! Mirror symmetry of strokes, as the picture shows it. The engine mirrors the hands.
 
-use nalgebra::UnitQuaternion;
-use pliant_editor::HandPlace;
+use pliant_engine::body::{Axes, mirrored};
 use pliant_solver::Vec3;
 
-/// A plane across an axis of the scene.
+/// The planes in which strokes are mirrored: through one point, across some axes of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MirrorPlane {
-    /// Axis the plane lies across: 0 for x, 1 for y, 2 for z.
-    pub axis: usize,
-    /// m, where it crosses the axis
-    pub offset: f64,
+pub struct Symmetry {
+    /// Axes (x, y, z) that the planes lie across.
+    pub axes: Axes,
+    /// A point on all planes, m
+    pub centre: Vec3,
 }
 
 /// Share of the model's size by which its middle may be off the origin for its own plane of symmetry to be sought there.
 const CENTRED: f64 = 0.1;
 
-impl MirrorPlane {
-    /// The plane of a model whose box has this middle and this longest edge (m): through the origin, where modelers put a plane of
-    /// symmetry, or through the middle of a model that stands elsewhere.
-    pub fn of_model(axis: usize, middle: Vec3, size: f64) -> Self {
-        let is_centred = middle[axis].abs() <= CENTRED * size;
-        Self { axis, offset: if is_centred { 0.0 } else { middle[axis] } }
+impl Symmetry {
+    /// The planes of a model with these least and greatest coordinates (m): through the origin, where modelers put a plane of symmetry, or through the
+    /// middle of a model that stands elsewhere.
+    pub fn of_model(axes: Axes, [low, high]: [Vec3; 2]) -> Self {
+        let (middle, size) = (0.5 * (low + high), (high - low).max());
+        Self { axes, centre: middle.map(|m| if m.abs() <= CENTRED * size { 0.0 } else { m }) }
     }
 
-    /// The place (m) on the other side.
-    pub fn point(&self, point: Vec3) -> Vec3 {
-        let mut mirrored = point;
-        mirrored[self.axis] = 2.0 * self.offset - point[self.axis];
-        mirrored
+    /// The axes of each mirror image of a stroke: every combination of those of the planes.
+    pub fn images(&self) -> impl Iterator<Item = Axes> + use<> {
+        let axes = self.axes;
+        let combinations = (1..8).map(|bits| std::array::from_fn(|axis| bits >> axis & 1 == 1));
+        combinations.filter(move |image: &Axes| (0..3).all(|axis| axes[axis] || !image[axis]))
     }
 
-    /// The direction on the other side.
-    pub fn direction(&self, direction: Vec3) -> Vec3 {
-        let mut mirrored = direction;
-        mirrored[self.axis] = -direction[self.axis];
-        mirrored
-    }
-
-    /// The hand on the other side: its z axis, along which a blade lies, is mirrored; a hand itself has no mirror image.
-    pub fn hand(&self, place: &HandPlace) -> HandPlace {
-        let along = self.direction(place.rotation * Vec3::z());
-        let half_turn = || UnitQuaternion::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
-        let rotation = UnitQuaternion::rotation_between(&Vec3::z(), &along).unwrap_or_else(half_turn);
-        HandPlace { position: self.point(place.position), rotation }
+    /// The mirror image of a point (m).
+    pub fn point(&self, point: Vec3, image: Axes) -> Vec3 {
+        self.centre + mirrored(point - self.centre, image)
     }
 }
 
@@ -52,24 +41,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hand_and_its_mirror_image_lie_on_both_sides_of_the_plane() {
-        for axis in 0..3 {
-            let plane = MirrorPlane { axis, offset: 0.02 };
-            let rotation = UnitQuaternion::from_euler_angles(0.3, -1.1, 2.0);
-            let place = HandPlace { position: Vec3::new(0.03, -0.04, 0.05), rotation };
-            let mirrored = plane.hand(&place);
-            let middle = 0.5 * (place.position + mirrored.position);
-            assert!((middle[axis] - 0.02).abs() < 1e-15);
-            let (own, other) = (place.rotation * Vec3::z(), mirrored.rotation * Vec3::z());
-            assert!((plane.direction(own) - other).norm() < 1e-12);
-            assert!((plane.hand(&mirrored).position - place.position).norm() < 1e-15);
-        }
+    fn a_centred_model_is_mirrored_at_the_origin_and_another_at_its_middle() {
+        let bounds = [Vec3::new(-0.046, 0.25, -0.05), Vec3::new(0.054, 0.35, 0.05)];
+        assert_eq!(Symmetry::of_model([true; 3], bounds).centre, Vec3::new(0.0, 0.3, 0.0));
     }
 
     #[test]
-    fn a_centred_model_is_mirrored_at_the_origin_and_another_at_its_middle() {
-        let middle = Vec3::new(0.004, 0.3, 0.0);
-        assert_eq!(MirrorPlane::of_model(0, middle, 0.1).offset, 0.0);
-        assert_eq!(MirrorPlane::of_model(1, middle, 0.1).offset, 0.3);
+    fn there_is_an_image_for_every_combination_of_axes_and_each_is_its_own_inverse() {
+        for bits in 0..8_u32 {
+            let axes = std::array::from_fn(|axis| bits >> axis & 1 == 1);
+            let symmetry = Symmetry { axes, centre: Vec3::new(0.02, 0.0, -0.3) };
+            let point = Vec3::new(0.03, -0.04, 0.05);
+            let mut places = vec![point];
+            for image in symmetry.images() {
+                let place = symmetry.point(point, image);
+                assert!((symmetry.point(place, image) - point).norm() < 1e-15);
+                assert!(places.iter().all(|other| (other - place).norm() > 1e-3), "{axes:?}: {image:?}");
+                places.push(place);
+            }
+            assert_eq!(places.len(), 1 << bits.count_ones(), "{axes:?}");
+        }
     }
 }

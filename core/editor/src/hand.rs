@@ -48,6 +48,12 @@ pub struct HandPlace {
 }
 
 impl HandPlace {
+    /// Sends a pointer whose device has this `frame` there within `duration` (s), and has it press these buttons (bit i is button i) once it is there.
+    pub fn glide_then_press(&self, pointer: &mut PointerHandle, frame: &Frame, buttons: u32, duration: f64) {
+        let rotation = frame.rotation.inverse() * self.rotation;
+        pointer.glide_then_press(frame.to_hand(self.position), rotation, buttons, duration);
+    }
+
     /// Sends a pointer whose device has this `frame` there within `duration` (s), with these buttons (bit i is button i).
     pub fn glide(&self, pointer: &mut PointerHandle, frame: &Frame, buttons: u32, duration: f64) {
         let rotation = frame.rotation.inverse() * self.rotation;

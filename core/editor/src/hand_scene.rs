@@ -10,8 +10,6 @@ use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Val
 
 /// Name of the device and of the tool in a drafted scene.
 pub const HAND: &str = "hand";
-/// Name of the device and of the tool that mirror the hand.
-pub const MIRROR: &str = "mirror";
 
 /// A hand and the tool it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,36 +109,36 @@ pub fn stroke_button(kind: &dyn EditKind, release: Release, paint: PaintStroke) 
     hand_strokes(MAX_PAINTED).iter().position(is_asked).unwrap_or_default() as u32
 }
 
-/// Replaces devices, tools, edits and probes of a scene by this hand and a second one for mirrored edits. `painted`: the parameters of the bodies' materials
+/// Replaces devices, tools, edits and probes of a scene by this hand, whose edits may be mirrored along any axis: an editor says along which with
+/// `SessionCommand::SetSymmetry` of the engine before the first step, as all are on otherwise. `painted`: the parameters of the bodies' materials
 /// that it may paint, at most [`MAX_PAINTED`]. Where a body is a tetrahedral mesh, which is neither cut nor stitched, buttons of edits that do so begin none.
 pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings, painted: &[&str]) {
     for key in ["device", "tool", "edit", "probe"] {
         scene.remove(key);
     }
-    scene["device"] = tables([HAND, MIRROR].map(|name| device(name, hand)));
-    scene["tool"] = tables([HAND, MIRROR].map(|name| tool(name, hand)));
+    scene["device"] = tables([device(hand)]);
+    scene["tool"] = tables([tool(hand)]);
     let is_divided = |kind: &dyn EditKind| kind.changes_topology() && has_tetrahedra(scene);
     let strokes = hand_strokes(painted.len()).into_iter().enumerate().filter(|(_, stroke)| !is_divided(stroke.kind));
     let mut edits = Vec::new();
     for (button, HandStroke { kind, release, paint }) in strokes {
-        for tool in [HAND, MIRROR] {
-            let mut edit = Table::new();
-            edit["kind"] = value(kind.name());
-            edit["tool"] = value(tool);
-            edit["button"] = value(button as i64);
-            edit["release"] = value(if release == Release::Keep { "keep" } else { "spring-back" });
-            if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
-                edit["limit"] = value(hand.peak_force);
-            }
-            if kind.strength().is_some_and(|strength| strength.unit == "Pa") {
-                edit["strength"] = value(hand.pressure);
-            }
-            if let Some(PaintStroke { param, lowers }) = paint {
-                edit["param"] = value(painted[param]);
-                edit["strength"] = value(if lowers { 1.0 / PAINT_FACTOR } else { PAINT_FACTOR });
-            }
-            edits.push(edit);
+        let mut edit = Table::new();
+        edit["kind"] = value(kind.name());
+        edit["tool"] = value(HAND);
+        edit["symmetry"] = value("xyz");
+        edit["button"] = value(button as i64);
+        edit["release"] = value(if release == Release::Keep { "keep" } else { "spring-back" });
+        if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
+            edit["limit"] = value(hand.peak_force);
         }
+        if kind.strength().is_some_and(|strength| strength.unit == "Pa") {
+            edit["strength"] = value(hand.pressure);
+        }
+        if let Some(PaintStroke { param, lowers }) = paint {
+            edit["param"] = value(painted[param]);
+            edit["strength"] = value(if lowers { 1.0 / PAINT_FACTOR } else { PAINT_FACTOR });
+        }
+        edits.push(edit);
     }
     scene["edit"] = tables(edits);
 }
@@ -151,9 +149,9 @@ fn has_tetrahedra(scene: &DocumentMut) -> bool {
     bodies.into_iter().flatten().filter_map(|body| body.get("mesh")?.as_str()).any(TetMesh::is_name)
 }
 
-fn device(name: &str, hand: &HandSettings) -> Table {
+fn device(hand: &HandSettings) -> Table {
     let mut device = Table::new();
-    device["name"] = value(name);
+    device["name"] = value(HAND);
     device["plugin"] = value("scripted");
     let mut params = InlineTable::new();
     params.insert("peak-force", hand.peak_force.into());
@@ -164,10 +162,10 @@ fn device(name: &str, hand: &HandSettings) -> Table {
     device
 }
 
-fn tool(name: &str, hand: &HandSettings) -> Table {
+fn tool(hand: &HandSettings) -> Table {
     let mut tool = Table::new();
-    tool["name"] = value(name);
-    tool["device"] = value(name);
+    tool["name"] = value(HAND);
+    tool["device"] = value(HAND);
     tool["radius"] = value(hand.radius);
     tool["stiffness"] = value(hand.coupling);
     tool["speed"] = value(SPEED * hand.size);
@@ -233,18 +231,19 @@ mod tests {
             HandSettings { size: 1.0, radius: 0.1, coupling: 100.0, peak_force: 5.0, pressure: 50.0, tip_mass: None };
         give_hand(&mut document, &hand, &["young", "density"]);
         let (scene, source) = scene::load_text(Path::new("scene.toml"), document.to_string(), &[]).expect("a scene");
-        assert_eq!((scene.body.len(), scene.device.len(), scene.tool.len()), (1, 2, 2));
+        assert_eq!((scene.body.len(), scene.device.len(), scene.tool.len()), (1, 1, 1));
         let plan = Plan::new(&scene, &source).expect("a plan");
         // Every kind that the engine has, and as many buttons as a device may have.
         let strokes = hand_strokes(2);
         assert!(strokes.len() <= 32 && hand_strokes(MAX_PAINTED).len() <= 32);
-        assert_eq!(plan.edits.len(), 2 * strokes.len());
+        // The hand, and its mirror images along each combination of axes.
+        assert_eq!((plan.edits.len(), plan.tools.len()), (8 * strokes.len(), 8));
         assert!(KINDS.iter().all(|kind| strokes.iter().any(|stroke| stroke.kind.name() == kind.name())));
         for (place, stroke) in strokes.iter().enumerate() {
             let HandStroke { kind, release, paint } = *stroke;
             let button = stroke_button(kind, release, paint.unwrap_or_default());
             assert_eq!(button as usize, place, "{}", kind.name());
-            for tool in 0..2 {
+            for tool in 0..8 {
                 let begins = |edit: &&Edit| edit.button == Some(button) && edit.tool == tool;
                 let edit = plan.edits.iter().find(begins).expect("an edit of the button");
                 assert_eq!((edit.kind.name(), edit.release, edit.span.1), (kind.name(), release, f64::INFINITY));

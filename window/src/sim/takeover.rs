@@ -16,12 +16,12 @@ pub(super) struct HandedOver {
 /// Where a simulation leaves its live session.
 pub(super) type Handover = Arc<Mutex<Option<HandedOver>>>;
 
-/// The simulation that has the device until now, and the hands that it and the pointer move.
+/// The simulation that has the device until now, and the hand that it and the pointer move.
 pub struct Predecessor {
     /// It goes on meanwhile.
     pub simulation: Simulation,
-    /// The hand, and the one that can mirror it.
-    pub hands: [PointerHandle; 2],
+    /// The hand of the pointer.
+    pub hand: PointerHandle,
     /// The hand of the device.
     pub device_hand: DeviceHand,
 }
@@ -29,19 +29,19 @@ pub struct Predecessor {
 /// What a simulation has of its predecessor.
 pub(super) struct TakenOver {
     pub(super) live: LiveSession,
-    pub(super) hands: [PointerHandle; 2],
+    pub(super) hand: PointerHandle,
     pub(super) device_hand: DeviceHand,
 }
 
 impl Predecessor {
-    /// Ends the simulation and gives its device to the first hand of a session; `None` where that cannot have it: the device is closed then.
+    /// Ends the simulation and gives its device to the hand of a session; `None` where that cannot have it: the device is closed then.
     pub(super) fn hand_over(mut self, session: &mut Session, view: Option<ViewWriter>) -> Option<TakenOver> {
         let HandedOver { live, touching } = self.simulation.hand_over()?;
         let rescaling = self.device_hand.continue_in(session, 0);
         let mut rescalings = vec![None; session.devices.len()];
         rescalings[session.tools[0].device] = Some(rescaling);
         let live = live.hand_over(session, &touching, &rescalings, view).ok()?;
-        Some(TakenOver { live, hands: self.hands, device_hand: self.device_hand })
+        Some(TakenOver { live, hand: self.hand, device_hand: self.device_hand })
     }
 }
 
