@@ -3,6 +3,7 @@
 use crate::opening::OpenRequest;
 use pliant_editor::{DeviceRequest, LengthUnit};
 use std::path::PathBuf;
+use std::time::Instant;
 
 /// How the program is called.
 pub const USAGE: &str = "\
@@ -21,6 +22,8 @@ usage: pliant edit [MODEL.obj | SCENE.toml] [options]
   --log FILE           write what happens in the window, a line of JSON for each event
   --measure SECONDS    press and stroke the model for that long, print the times of the loops as JSON, and end
   --without-window     with --measure: the same strokes without a window, to compare with
+  --timings            print on the standard error how long the start took, and how soon the picture shows what the pointer does
+  --renderer           print which renderer of OpenGL a window gets here, and end
   --help               print this";
 
 /// What the program is asked for.
@@ -52,6 +55,12 @@ pub struct Arguments {
     pub measure: Option<f64>,
     /// Whether to measure without a window.
     pub without_window: bool,
+    /// Whether times of the start and of strokes are printed.
+    pub timings: bool,
+    /// Whether to say which renderer a window would get, and open none.
+    pub renderer: bool,
+    /// When the program began.
+    pub began: Instant,
     /// Whether help was asked for.
     pub help: bool,
 }
@@ -72,6 +81,9 @@ impl Default for Arguments {
             log: None,
             measure: None,
             without_window: false,
+            timings: false,
+            renderer: false,
+            began: Instant::now(),
             help: false,
         }
     }
@@ -116,6 +128,8 @@ impl Arguments {
                 "--autosave" => parsed.autosave = Some(next()?.into()),
                 "--log" => parsed.log = Some(next()?.into()),
                 "--measure" => parsed.measure = Some(number(&argument, &next()?, 1..=3600)?.into()),
+                "--timings" => parsed.timings = true,
+                "--renderer" => parsed.renderer = true,
                 "--without-window" => parsed.without_window = true,
                 option if option.starts_with("--") => return Err(format!("there is no option {option}")),
                 path if parsed.path.is_none() => parsed.path = Some(path.into()),

@@ -5,10 +5,12 @@
 use eframe::egui::{ViewportBuilder, vec2};
 use pliant_window::app::{App, EventLog, measure_without_window};
 use pliant_window::arguments::{Arguments, USAGE};
-use pliant_window::gl::GlRenderer;
+use pliant_window::gl::{GlRenderer, renderer_name};
+use pliant_window::sim::EarlySimulation;
 use pliant_window::strings;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 /// Exit code of unusable input, usage or display.
 const UNUSABLE: u8 = 2;
@@ -24,7 +26,9 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<(), String> {
+    let began = Instant::now();
     let arguments = Arguments::parse(std::env::args().skip(1)).map_err(|text| format!("{text}\n\n{USAGE}"))?;
+    let arguments = Arguments { began, ..arguments };
     if arguments.help {
         println!("{USAGE}");
         return Ok(());
@@ -36,6 +40,9 @@ fn run() -> Result<(), String> {
         return print(&measure_without_window(&arguments)?);
     }
     find_display()?;
+    if arguments.renderer {
+        return print_renderer();
+    }
     pliant_window::sim::prepare();
     show(&arguments)
 }
@@ -48,6 +55,31 @@ fn find_display() -> Result<(), String> {
             "there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set. Start this from a desktop, or under Xvfb";
         return Err(text.into());
     }
+    Ok(())
+}
+
+/// Prints which renderer a window gets, without showing one.
+fn print_renderer() -> Result<(), String> {
+    let found = Arc::new(Mutex::new(None));
+    let of_window = Arc::clone(&found);
+    let options = eframe::NativeOptions {
+        viewport: ViewportBuilder::default().with_visible(false),
+        ..eframe::NativeOptions::default()
+    };
+    // Ends before the first frame: the renderer is known once there is a context.
+    let create = move |context: &eframe::CreationContext<'_>| {
+        let gl = context.gl.clone().ok_or(strings::NO_CONTEXT)?;
+        GlRenderer::new(Arc::clone(&gl))?;
+        if let Ok(mut found) = of_window.lock() {
+            *found = Some(renderer_name(&gl));
+        }
+        Err(strings::ONLY_ASKED.into())
+    };
+    let ended = eframe::run_native(strings::TITLE, options, Box::new(create));
+    let name = found.lock().ok().and_then(|found| found.clone());
+    let name =
+        name.ok_or_else(|| strings::no_window(&ended.err().map_or_else(String::new, |error| error.to_string())))?;
+    println!("{name}");
     Ok(())
 }
 
@@ -66,20 +98,20 @@ fn show(arguments: &Arguments) -> Result<(), String> {
         depth_buffer: 24,
         ..eframe::NativeOptions::default()
     };
+    let mut early = arguments.path.is_some().then(|| EarlySimulation::start(arguments.request()));
     let measured = Arc::new(Mutex::new(None));
     let of_window = Arc::clone(&measured);
     let create = move |context: &eframe::CreationContext<'_>| {
-        let gl = context.gl.clone().ok_or("the window has no OpenGL context")?;
+        let gl = context.gl.clone().ok_or(strings::NO_CONTEXT)?;
         let renderer = GlRenderer::new(gl)?;
         let mut app = App::new(context.egui_ctx.clone(), Some(Arc::new(Mutex::new(renderer))), log);
-        app.begin(arguments);
+        app.begin(arguments, early.take());
         if let Ok(mut measured) = of_window.lock() {
             *measured = Some(app.measurement());
         }
         Ok(Box::new(app) as Box<dyn eframe::App>)
     };
-    eframe::run_native(strings::TITLE, options, Box::new(create))
-        .map_err(|error| format!("the window cannot be opened: {error}"))?;
+    eframe::run_native(strings::TITLE, options, Box::new(create)).map_err(|error| strings::no_window(&error))?;
     let found = measured.lock().ok().and_then(|measured| measured.as_ref()?.lock().ok()?.take());
     match (found, arguments.measure) {
         (Some(found), _) => print(&found),

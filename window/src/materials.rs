@@ -1,5 +1,6 @@
 //! Colours and textures of a model's materials, as its MTL files give them.
 
+use crate::strings;
 use eframe::egui;
 use image::{DynamicImage, ImageReader, Limits, RgbaImage, imageops};
 use pliant_engine::body::Model;
@@ -50,7 +51,7 @@ impl SurfaceMaterials {
                     Some(images.len() - 1)
                 }
                 Err(why) => {
-                    problems.push(format!("texture {}: {why}", path.display()));
+                    problems.push(strings::texture_problem(path, &why));
                     None
                 }
             })
@@ -71,7 +72,7 @@ pub(crate) fn read_image(path: &Path) -> Result<DynamicImage, String> {
     let mut limits = Limits::default();
     limits.max_alloc = Some(DECODING_LIMIT);
     reader.limits(limits);
-    reader.decode().map_err(|error| format!("{error}; allowed are PNG and JPEG"))
+    reader.decode().map_err(|error| strings::image_problem(&error))
 }
 
 /// Scales images to the size of the largest one, which is made smaller where all together would take too much memory.

@@ -44,6 +44,8 @@ pub struct OpenRequest {
     pub fabric: String,
     /// Level of the grid in a solid.
     pub level: u32,
+    /// s, one step of a sheet
+    pub sheet_step: f64,
     /// Device that has the hand; `None`: the pointer has it.
     pub device: Option<DeviceRequest>,
 }
@@ -60,6 +62,19 @@ const DEFAULT_FABRIC: &str = "denim";
 const STEP: f64 = 1e-3;
 /// s, one step of a new scene with a sheet, whose solver takes longer
 const SHEET_STEP: f64 = 4e-3;
+/// s, the longest step of a sheet: at more than that its folds move visibly from step to step
+const LONGEST_SHEET_STEP: f64 = 16e-3;
+/// The coarsest level of a grid that is offered where simulation is slow.
+const COARSEST: u32 = 3;
+
+/// What makes a slow simulation faster.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Remedy {
+    /// Half as many cells along each axis of a solid: the level of its grid.
+    CoarserGrid(u32),
+    /// Twice the step of a sheet, whose implicit solver takes longer steps: s.
+    LongerStep(f64),
+}
 /// Share of the height of a sheet from the top whose vertices are held: it hangs.
 const HELD_SHARE: f64 = 0.02;
 
@@ -89,7 +104,28 @@ impl OpenRequest {
             solid_plugin: "mass-spring".into(),
             fabric: DEFAULT_FABRIC.into(),
             level: 6,
+            sheet_step: SHEET_STEP,
             device: None,
+        }
+    }
+
+    /// What makes the simulation of this model faster, where there is something that the window can do. A scene says its steps and grids itself, and a
+    /// tetrahedral mesh has no other elements.
+    pub fn remedy(&self, taken_as: Option<Substance>) -> Option<Remedy> {
+        match taken_as? {
+            Substance::Solid if self.is_tetrahedral() || self.level <= COARSEST => None,
+            Substance::Solid => Some(Remedy::CoarserGrid(self.level - 1)),
+            Substance::Sheet => {
+                Some(2.0 * self.sheet_step).filter(|dt| *dt <= LONGEST_SHEET_STEP).map(Remedy::LongerStep)
+            }
+        }
+    }
+
+    /// Takes the remedy; it is there once the model is opened anew.
+    pub fn take_remedy(&mut self, remedy: Remedy) {
+        match remedy {
+            Remedy::CoarserGrid(level) => self.level = level,
+            Remedy::LongerStep(dt) => self.sheet_step = dt,
         }
     }
 
@@ -181,7 +217,7 @@ pub fn open(request: &OpenRequest) -> Result<Opened, String> {
     let options = Options { mesh: mesh.clone(), ..Options::new(search, request.threads) };
     let session = Session::open(&scene, &source, plan, &options).map_err(|error| error.to_string())?;
     if session.bodies.is_empty() {
-        return Err(format!("{}: nothing in it can be moved by a hand", request.path.display()));
+        return Err(strings::nothing_moves(&request.path));
     }
     Ok(Opened { session, scene, source, mesh, facts })
 }
@@ -198,7 +234,7 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let bounds = surface.bounds();
     let extent = bounds.longest_edge();
     if !(extent > 0.0 && extent.is_finite()) {
-        return Err(format!("{}: its vertices all lie in one point", file.display()));
+        return Err(strings::one_point(file));
     }
     let unit = request.unit.unwrap_or_else(|| LengthUnit::guess(extent));
     let seen = SubstanceChoice::of(&surface);
@@ -216,7 +252,7 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
             DraftMaterial::Sheet { plugin: SHEET_PLUGIN.into(), fabric: request.fabric.clone(), held }
         }
     };
-    let dt = if taken_as == Substance::Solid { STEP } else { SHEET_STEP };
+    let dt = if taken_as == Substance::Solid { STEP } else { request.sheet_step };
     let mesh = std::path::absolute(file).unwrap_or_else(|_| file.clone());
     let (subdivide, scale) = (request.subdivide, unit.metres());
     let draft = Draft { mesh, scale, size: extent * scale, subdivide, material, dt };
@@ -322,4 +358,29 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         devices,
     };
     Ok((document.to_string(), facts))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_solid_gets_a_coarser_grid_and_a_slow_sheet_longer_steps_until_there_is_nothing_more() {
+        let open = |name: &str| OpenRequest::new(PathBuf::from(name));
+        for (taken_as, least) in [(Substance::Solid, 3), (Substance::Sheet, 2)] {
+            let mut request = open("a.obj");
+            let mut count = 0;
+            while let Some(remedy) = request.remedy(Some(taken_as)) {
+                let before = request.clone();
+                request.take_remedy(remedy);
+                assert_ne!(request, before, "{remedy:?}");
+                count += 1;
+                assert!(count < 20);
+            }
+            assert_eq!(count, least, "{taken_as:?}");
+            assert!(request.level >= COARSEST && request.sheet_step <= LONGEST_SHEET_STEP);
+        }
+        assert_eq!(open("a.msh").remedy(Some(Substance::Solid)), None, "its elements are those of the file");
+        assert_eq!(open("a.toml").remedy(None), None, "the scene says what it is");
+    }
 }

@@ -1,5 +1,6 @@
 //! Recent files: what was opened last, the newest first, in a file beside the autosaves.
 
+use crate::strings;
 use pliant_record::AtomicFile;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -23,8 +24,7 @@ fn read(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let path = folder.join(FILE);
     let wrong = |error: &dyn std::fmt::Display| io::Error::other(format!("{}: {error}", path.display()));
     match std::fs::read(&path) {
-        Ok(bytes) => serde_json::from_slice(&bytes)
-            .map_err(|error| wrong(&format!("{error}; mend the file, or remove it to begin anew"))),
+        Ok(bytes) => serde_json::from_slice(&bytes).map_err(|error| wrong(&strings::to_mend(&error))),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
         Err(error) => Err(wrong(&error)),
     }

@@ -1,6 +1,7 @@
 //! A reference image: a picture that stands behind the model, to sculpt after.
 
 use crate::materials::{MAX_EDGE, read_image};
+use crate::strings;
 use crate::view::Camera;
 use eframe::egui;
 use image::RgbaImage;
@@ -87,7 +88,7 @@ impl ReferenceImage {
     /// A sentence that names the file and what is wrong with it.
     pub fn read(settings: ReferenceSettings) -> Result<Self, String> {
         let path = &settings.path;
-        let image = read_image(path).map_err(|why| format!("reference image {}: {why}", path.display()))?;
+        let image = read_image(path).map_err(|why| strings::reference_problem(path, &why))?;
         let image = if image.width().max(image.height()) > MAX_EDGE {
             image.resize(MAX_EDGE, MAX_EDGE, FilterType::Triangle)
         } else {
@@ -165,7 +166,7 @@ impl ReferenceLoad {
         if let Err(error) = std::thread::Builder::new().name("reference".into()).spawn(read) {
             let (sender, receiver) = channel();
             // The receiver is here.
-            let _ = sender.send(Err(format!("reference image {}: no thread to read it: {error}", path.display())));
+            let _ = sender.send(Err(strings::reference_problem(&path, &strings::no_reader(&error))));
             return Self { receiver, path };
         }
         Self { receiver, path }
@@ -177,8 +178,7 @@ impl ReferenceLoad {
             Ok(read) => Some(read),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
-                let path = self.path.display();
-                Some(Err(format!("reference image {path}: reading it ended by an error in the program")))
+                Some(Err(strings::reference_problem(&self.path, &strings::READER_FAILED)))
             }
         }
     }
@@ -198,8 +198,7 @@ fn read_all(folder: &Path) -> io::Result<BTreeMap<PathBuf, ReferenceSettings>> {
     let path = folder.join(FILE);
     let wrong = |error: &dyn std::fmt::Display| io::Error::other(format!("{}: {error}", path.display()));
     match std::fs::read(&path) {
-        Ok(bytes) => serde_json::from_slice(&bytes)
-            .map_err(|error| wrong(&format!("{error}; mend the file, or remove it to begin anew"))),
+        Ok(bytes) => serde_json::from_slice(&bytes).map_err(|error| wrong(&strings::to_mend(&error))),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(BTreeMap::new()),
         Err(error) => Err(wrong(&error)),
     }

@@ -1,6 +1,10 @@
 //! Every text of the window, in English.
 
+use crate::app::{Latency, PointerLatency, START_STAGES, StartStage, StartTimes};
+use crate::opening::Remedy;
 use crate::tools::ToolStrength;
+use pliant_editor::{LengthUnit, Substance};
+use std::fmt::Display;
 use std::path::Path;
 
 /// Title of the window.
@@ -89,6 +93,8 @@ pub const LAYER_FIXED: &str = "fixed by a cut";
 /// See [`LAYER_FIXED`].
 pub const FIXED_HINT: &str =
     "Something was cut or stitched since, and the new surface is not in the layer. Take that back, or merge the layer.";
+/// A change of the stiffness in the list of strokes.
+pub const HISTORY_STIFFNESS: &str = "stiffness";
 /// Changes of the layers in the list of strokes.
 pub const HISTORY_NEW_LAYER: &str = "new layer";
 /// See [`HISTORY_NEW_LAYER`].
@@ -176,10 +182,12 @@ pub const FORCE_SHARE: &str = "Force";
 pub const FORCE_SHARE_HINT: &str = "Share of the force that the device can render without trembling.";
 /// Label of the planes of symmetry.
 pub const SYMMETRY: &str = "Symmetry";
-/// Without a plane of symmetry.
-pub const OFF: &str = "off";
 /// Axes of the scene.
 pub const AXES: [&str; 3] = ["X", "Y", "Z"];
+/// Name of the button that mirrors strokes along an axis.
+pub fn mirror_along(axis: &str) -> String {
+    format!("mirror along {axis}")
+}
 /// Names of the directions one may look from, for those who do not see them.
 pub const LOOK_FROM: [[&str; 2]; 3] =
     [["look from +X", "look from -X"], ["look from +Y", "look from -Y"], ["look from +Z", "look from -Z"]];
@@ -258,6 +266,64 @@ pub const LIGHT: &str = "Light";
 pub const DARK: &str = "Dark";
 /// Heading of the gauges.
 pub const GAUGES: &str = "Gauges";
+/// Where a window has nothing to draw with.
+pub const NO_CONTEXT: &str = "the window has no OpenGL context";
+/// Why a window that was opened to ask for its renderer ends; nobody reads it.
+pub const ONLY_ASKED: &str = "the renderer is known";
+
+/// Where a window cannot be opened, and why.
+pub fn no_window(why: &dyn Display) -> String {
+    format!("the window cannot be opened: {why}")
+}
+/// Gauge of the time until the model was on screen.
+pub const FIRST_PICTURE: &str = "first picture";
+/// Gauge of the time from a motion of the pointer to the picture that shows it.
+pub const TO_SCREEN: &str = "to screen";
+/// Where nothing has been measured yet.
+pub const NOT_YET: &str = "not yet";
+
+/// A time in seconds.
+pub fn seconds(seconds: f64) -> String {
+    format!("{seconds:.2} s")
+}
+
+/// The median of a latency, in frames and milliseconds.
+pub fn latency(latency: &Latency) -> String {
+    let Latency { frames, seconds } = latency;
+    match frames.count {
+        0 => NOT_YET.to_owned(),
+        _ => format!("{:.0} frames, {:.0} ms", frames.median, 1e3 * seconds.median),
+    }
+}
+
+/// How long the start took, for the terminal.
+pub fn start_timings(times: &StartTimes) -> String {
+    let name = |stage| match stage {
+        StartStage::Window => "window",
+        StartStage::FirstFrame => "first frame",
+        StartStage::Opened => "model open",
+        StartStage::ModelShown => "model on screen",
+    };
+    let stages = START_STAGES.iter().filter_map(|stage| Some(format!("{} {:.3} s", name(*stage), times.of(*stage)?)));
+    format!("timings from the start: {}", stages.collect::<Vec<_>>().join(", "))
+}
+
+/// How soon the picture shows what the pointer does, for the terminal.
+pub fn pointer_timings(pointer: &PointerLatency) -> String {
+    let of = |name: &str, Latency { frames, seconds }: Latency| {
+        let ms = [seconds.median, seconds.p99].map(|s| 1e3 * s);
+        format!(
+            "{name}: median {} frames, {:.1} ms, 99th percentile {} frames, {:.1} ms, of {}",
+            frames.median, ms[0], frames.p99, ms[1], frames.count
+        )
+    };
+    format!(
+        "timings of strokes, from the frame that takes the event in: {}; {}",
+        of("pointer to screen", pointer.motions()),
+        of("press to contact on screen", pointer.contacts())
+    )
+}
+
 /// Heading of the warnings.
 pub const WARNINGS: &str = "Warnings";
 /// While a model is being opened.
@@ -276,11 +342,9 @@ pub const CANCEL: &str = "Cancel";
 pub const BROWSE: &str = "Browse...";
 /// Label of the field of a file's path.
 pub const PATH: &str = "File";
-/// The remedy of a slow simulation: half as many cells along each axis.
-pub const COARSER: &str = "Use a coarser grid";
 /// Keys, for the help at the lower edge.
 pub const KEYS: &str = "Left: tool, beside the model turn   Middle: turn   Shift+middle or right: move   Wheel: nearer, in a stroke deeper   \
-    F: focus   Home: all   G: grow   H: shrink   M: pin   P: paint   S: stitch   B: split off   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X: symmetry   Arrows, Space: pointer without a mouse   Ctrl+Z, Ctrl+Y: undo, redo";
+    F: focus   Home: all   G: grow   H: shrink   M: pin   P: paint   S: stitch   B: split off   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X, Y, Z: symmetry   Arrows, Space: pointer without a mouse   Ctrl+Z, Ctrl+Y: undo, redo";
 
 /// A question about a session that has ended without closing.
 pub fn recovery(path: &std::path::Path) -> String {
@@ -304,12 +368,22 @@ pub fn held_up(factor: f64) -> String {
     )
 }
 
-/// What is wrong when simulation is slower than time.
-pub fn slow(factor: f64) -> String {
-    format!(
-        "Slow motion: {:.0} % of real time. A coarser grid, a softer material or a smaller tool makes it faster.",
-        100.0 * factor
-    )
+/// What is wrong when simulation is slower than time, and what people can do. `taken_as`: solid or sheet; `None` for a scene.
+pub fn slow(factor: f64, taken_as: Option<Substance>) -> String {
+    let what = match taken_as {
+        Some(Substance::Solid) => "A coarser grid, a softer material or a smaller tool makes it faster.",
+        Some(Substance::Sheet) => "A longer step, a softer fabric or a model with fewer faces makes it faster.",
+        None => "The scene says what it is made of: coarser grids, longer steps or softer materials make it faster.",
+    };
+    format!("Slow motion: {:.0} % of real time. {what}", 100.0 * factor)
+}
+
+/// The button that makes a slow simulation faster.
+pub fn remedy(remedy: Remedy) -> String {
+    match remedy {
+        Remedy::CoarserGrid(level) => format!("Use a coarser grid, level {level}"),
+        Remedy::LongerStep(dt) => format!("Use steps of {:.0} ms", 1e3 * dt),
+    }
 }
 
 /// A session was written as a recording and a scene, and how it is done again. `gave_up`: a body was given up for taking too long, which only a replay
@@ -387,4 +461,272 @@ pub fn tetrahedra_not_written(path: &Path) -> String {
 /// How far the hand goes in the scene for a centimetre of the device.
 pub fn device_scale(step: &str) -> String {
     format!("1 cm of the device is {step}")
+}
+
+/// Kinds of files in the dialogs of the system.
+pub const MODELS_AND_SCENES: &str = "models and scenes";
+
+/// See [`MODELS_AND_SCENES`].
+pub const IMAGES: &str = "images";
+
+/// What is wrong with the list of files that were opened last.
+pub fn recent_problem(why: &dyn Display) -> String {
+    format!("the list of recent files: {why}")
+}
+
+/// A picture was written.
+pub fn picture_saved(path: &Path) -> String {
+    format!("picture {}", path.display())
+}
+
+/// A model was written.
+pub fn model_saved(path: &Path) -> String {
+    format!("saved {}", path.display())
+}
+
+/// Gauges: simulated time over time on the wall.
+pub const REAL_TIME: &str = "real time";
+
+/// See [`REAL_TIME`].
+pub const STEP: &str = "step";
+
+/// See [`REAL_TIME`].
+pub const TIME_STEP: &str = "time step";
+
+/// See [`REAL_TIME`].
+pub const HAPTIC_LOOP: &str = "haptic loop";
+
+/// See [`REAL_TIME`].
+pub const LATENESS: &str = "lateness";
+
+/// See [`REAL_TIME`].
+pub const SIMULATED: &str = "simulated";
+
+/// See [`REAL_TIME`].
+pub const MEMORY: &str = "memory";
+
+/// Explains the plot of the force over the last seconds; `most` has its unit.
+pub fn force_plot(seconds: f64, most: &str) -> String {
+    format!("force on the hand over {seconds} s, up to {most}")
+}
+
+/// The force on the hand and its limit, both with their units.
+pub fn force_of(force: &str, limit: &str) -> String {
+    format!("force {force} of {limit}")
+}
+
+/// A time (s) in milliseconds.
+pub fn milliseconds(seconds: f64) -> String {
+    format!("{:.2} ms", seconds * 1e3)
+}
+
+/// A share, 1 for all.
+pub fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
+/// A rate, Hz.
+pub fn rate(hertz: f64) -> String {
+    format!("{hertz:.0} Hz")
+}
+
+/// Median and 99th percentile of a time, s.
+pub fn with_p99(median: f64, p99: f64) -> String {
+    format!("{}, p99 {}", milliseconds(median), milliseconds(p99))
+}
+
+/// The latest beginning of a tick (s), and how many ticks were missed.
+pub fn with_missed(lateness: f64, missed: u64) -> String {
+    format!("{}, missed {missed}", milliseconds(lateness))
+}
+
+/// How much is simulated.
+pub fn size_of(nodes: usize, elements: usize) -> String {
+    format!("{nodes} nodes, {elements} elements")
+}
+
+/// Memory in megabytes.
+pub fn megabytes(bytes: usize) -> String {
+    format!("{:.0} MB", bytes as f64 / 1e6)
+}
+
+/// Why a measurement has failed.
+pub const NOTHING_OPENED: &str = "nothing was opened";
+
+/// See [`NOTHING_OPENED`].
+pub const ENDED_EARLY: &str = "the session ended early";
+
+/// Why nothing is simulated.
+pub fn no_thread(why: &dyn Display) -> String {
+    format!("no thread for the simulation: {why}")
+}
+
+/// How large the tool is, with its unit.
+pub fn radius(length: &str) -> String {
+    format!("radius {length}")
+}
+
+/// Why the present shape is not opened anew.
+pub fn no_shape_folder(why: &dyn Display) -> String {
+    format!("no folder for the present shape: {why}")
+}
+
+/// A line of the history: the number of the stroke, what it is called and when it was made, s.
+pub fn stroke(number: u64, name: &str, time: f64) -> String {
+    format!("{number}  {name} at {time:.0} s")
+}
+
+/// A unit of length, and how large the model is in it, with the unit that people would say it in.
+pub fn unit_and_size(unit: LengthUnit, size: &str) -> String {
+    let name = match unit {
+        LengthUnit::Metre => "m",
+        LengthUnit::Centimetre => "cm",
+        LengthUnit::Millimetre => "mm",
+        LengthUnit::Inch => "in",
+    };
+    format!("{name}: the model is {size}")
+}
+
+/// Units after the numbers of sliders.
+pub const PASCAL: &str = " Pa";
+
+/// See [`PASCAL`].
+pub const KILOGRAM_PER_CUBIC_METRE: &str = " kg/m\u{b3}";
+
+/// See [`PASCAL`].
+pub const MILLISECOND: &str = " ms";
+
+/// See [`PASCAL`].
+pub const MILLIMETRE: &str = " mm";
+
+/// Why the reference image of a model is not shown.
+pub fn reference_unknown(why: &dyn Display) -> String {
+    format!("the reference image is not known: {why}")
+}
+
+/// Why the reference image of a model will not come back.
+pub fn reference_forgotten(why: &dyn Display) -> String {
+    format!("the reference image is not remembered: {why}")
+}
+
+/// Name of the picture, for those who do not see it.
+pub const PICTURE_OF_MODEL: &str = "picture of the model";
+
+/// What is wrong with a texture.
+pub fn texture_problem(path: &Path, why: &dyn Display) -> String {
+    format!("texture {}: {why}", path.display())
+}
+
+/// Why an image cannot be read.
+pub fn image_problem(why: &dyn Display) -> String {
+    format!("{why}; allowed are PNG and JPEG")
+}
+
+/// What a texture is not.
+pub const NO_IMAGE: &str = "neither PNG nor JPEG; allowed are these two";
+
+/// A model that is too large for a GLB.
+pub fn glb_too_large(path: &Path, length: u64) -> String {
+    format!("{}: {length} bytes; allowed is 4 GiB, the most a GLB has", path.display())
+}
+
+/// What is wrong with a reference image.
+pub fn reference_problem(path: &Path, why: &dyn Display) -> String {
+    format!("reference image {}: {why}", path.display())
+}
+
+/// Why an image is not read.
+pub fn no_reader(why: &dyn Display) -> String {
+    format!("no thread to read it: {why}")
+}
+
+/// See [`no_reader`].
+pub const READER_FAILED: &str = "reading it ended by an error in the program";
+
+/// What to do about a file of the window's own that cannot be read.
+pub fn to_mend(why: &dyn Display) -> String {
+    format!("{why}; mend the file, or remove it to begin anew")
+}
+
+/// A scene in which there is nothing to do.
+pub fn nothing_moves(path: &Path) -> String {
+    format!("{}: nothing in it can be moved by a hand", path.display())
+}
+
+/// A model without a size.
+pub fn one_point(path: &Path) -> String {
+    format!("{}: its vertices all lie in one point", path.display())
+}
+
+/// Why a shape is not kept.
+pub fn autosave_problem(why: &dyn Display) -> String {
+    format!("autosave: {why}")
+}
+
+/// See [`autosave_problem`].
+pub const AUTOSAVE_FAILED: &str = "autosave: its thread ended by an error in the program";
+
+/// See [`autosave_problem`].
+pub const NO_HOME: &str = "there is no home folder";
+
+/// Why a session cannot be saved.
+pub fn not_recorded(why: &str) -> String {
+    format!("the session was not recorded: {why}")
+}
+
+/// A session that would be written over the scene it is of.
+pub fn open_scene(path: &Path) -> String {
+    format!("{}: the scene that is open; choose another name", path.display())
+}
+
+/// Why nothing moves any more.
+pub const SIMULATION_FAILED: &str = "the simulation ended by an error in the program";
+
+/// See [`SIMULATION_FAILED`].
+pub const HAPTIC_THREAD_ENDED: &str = "the haptic thread has ended";
+
+/// Why a scene is not opened.
+pub const NOT_ONE_HAND: &str = "the scene has not one hand";
+
+/// Why a model is open and nothing moves.
+pub fn not_live(why: &dyn Display) -> String {
+    format!("the live session cannot start: {why}")
+}
+
+/// See [`no_thread`].
+pub const LAUNCHER_ENDED: &str = "the thread that starts others has ended";
+
+/// The renderer of a driver, and its version of OpenGL.
+pub fn renderer(renderer: &str, version: &str) -> String {
+    format!("{renderer}, OpenGL {version}")
+}
+
+/// A version of OpenGL that is too old.
+pub fn old_context(found: &str) -> String {
+    format!("OpenGL {found}; allowed is 3.3 and newer")
+}
+
+/// What a driver says of a shader.
+pub fn shader_problem(why: &str) -> String {
+    format!("a program does not compile: {why}")
+}
+
+/// See [`shader_problem`].
+pub fn link_problem(why: &str) -> String {
+    format!("a program does not link: {why}")
+}
+
+/// A force (N) with so many decimals.
+pub fn newtons(newtons: f64, decimals: usize) -> String {
+    format!("{newtons:.decimals$} N")
+}
+
+/// A small force, N.
+pub fn millinewtons(newtons: f64) -> String {
+    format!("{:.1} mN", newtons * 1e3)
+}
+
+/// A force (N) that is hardly felt.
+pub fn micronewtons(newtons: f64) -> String {
+    format!("{:.1} \u{b5}N", newtons * 1e6)
 }

@@ -1,6 +1,7 @@
 //! The tools of the window: one for each edit kind of the engine.
 
 use pliant_editor::{Gesture, PaintStroke, has_release, opposite_kind, stroke_button};
+use pliant_engine::body::Axes;
 use pliant_engine::edit::{DEFAULT_RADIUS, EditKind, Falloff, KINDS, KeyName};
 use pliant_engine::scene::Release;
 
@@ -132,8 +133,8 @@ pub struct ToolSettings {
     pub release: Release,
     /// Depth of a cut over the size of the model: how far behind the pointer the tip of the blade is.
     pub cut_depth: f64,
-    /// Axis (0 for x) across which strokes are mirrored.
-    pub mirror: Option<usize>,
+    /// Axes (x, y, z) along which strokes are mirrored.
+    pub symmetry: Axes,
     /// Place of the parameter that is painted among those of the model.
     pub painted: usize,
 }
@@ -147,7 +148,7 @@ impl Default for ToolSettings {
             falloff: Falloff::default(),
             release: Release::Keep,
             cut_depth: 1.0,
-            mirror: None,
+            symmetry: [false; 3],
             painted: 0,
         }
     }

@@ -173,6 +173,17 @@ impl Drop for Window {
     }
 }
 
+/// How far (m) a vertex has moved at most among those on one side of the plane x = 0.
+fn farthest(before: &[u8], after: &[u8], side: f64) -> f64 {
+    let points = |file: &[u8]| -> Vec<[f64; 3]> {
+        let text = String::from_utf8_lossy(file).into_owned();
+        let numbers = |line: &str| line.split_whitespace().skip(1).map(|n| n.parse().unwrap()).collect::<Vec<f64>>();
+        text.lines().filter(|line| line.starts_with("v ")).map(|line| numbers(line)[..3].try_into().unwrap()).collect()
+    };
+    let pairs = points(before).into_iter().zip(points(after)).filter(|(a, _)| side * a[0] > 0.02);
+    pairs.map(|(a, b)| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()).fold(0.0, f64::max)
+}
+
 /// Two balls beside each other in one file, in parts of their own.
 fn two_balls(folder: &Path) -> PathBuf {
     let path = folder.join("balls.obj");
@@ -205,7 +216,7 @@ fn ball(folder: &Path) -> PathBuf {
 
 #[test]
 #[ignore = "needs Xvfb and xdotool"]
-fn open_press_cut_undo_redo_save_reopen() {
+fn open_press_grab_cut_undo_redo_save_reopen() {
     let folder = tempfile::tempdir().unwrap();
     let model = ball(folder.path());
     let original = std::fs::read(&model).unwrap();
@@ -219,18 +230,31 @@ fn open_press_cut_undo_redo_save_reopen() {
     assert_ne!(pressed, original, "a press whose shape is kept changes the model");
     assert_eq!(vertices(&pressed), vertices(&original), "and no topology");
 
+    // On both sides of the plane x = 0, as one stroke.
+    display.key("x");
+    display.key("4");
+    display.stroke([x + 130, y - 60], [x + 210, y - 110], 30);
+    window.wait_for_stroke("2");
+    display.key("x");
+    let grabbed = window.save(&display, &model);
+    assert_eq!(vertices(&grabbed), vertices(&original), "a grab moves vertices");
+    let [right, left] = [1.0, -1.0].map(|side| farthest(&pressed, &grabbed, side));
+    assert!(right > 5e-3 && (right / left - 1.0).abs() < 1e-3, "both sides are drawn out: {right} m, {left} m");
+
     display.key("3");
     display.stroke([x, y - 320], [x, y + 320], 60);
-    window.wait_for_stroke("2");
+    window.wait_for_stroke("3");
     let cut = window.save(&display, &model);
     assert!(vertices(&cut) > vertices(&original), "a cut adds vertices");
     assert!(String::from_utf8_lossy(&cut).contains("usemtl cut"), "and faces inside of the ball");
 
     for (keys, done, undone, expected) in [
-        ("ctrl+z", "1", "1", &pressed),
-        ("ctrl+z", "0", "2", &original),
-        ("ctrl+shift+z", "1", "1", &pressed),
-        ("ctrl+y", "2", "0", &cut),
+        ("ctrl+z", "2", "1", &grabbed),
+        ("ctrl+z", "1", "2", &pressed),
+        ("ctrl+z", "0", "3", &original),
+        ("ctrl+shift+z", "1", "2", &pressed),
+        ("ctrl+y", "2", "1", &grabbed),
+        ("ctrl+y", "3", "0", &cut),
     ] {
         display.key(keys);
         window.wait_for_history(done, undone);
@@ -353,6 +377,20 @@ fn pliant(folder: &Path) -> Command {
 
 fn vertices(file: &[u8]) -> usize {
     file.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"v ")).count()
+}
+
+#[test]
+#[ignore = "needs Xvfb and xdotool"]
+fn doctor_says_what_a_window_draws_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let display = Display::start();
+    let run = pliant(folder.path()).arg("doctor").env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").output();
+    let said = run.unwrap();
+    let out = String::from_utf8_lossy(&said.stdout);
+    assert!(said.status.success() && out.contains("it draws with") && out.contains("OpenGL"), "{out}");
+    let run = pliant(folder.path()).arg("doctor").env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").output().unwrap();
+    let out = String::from_utf8_lossy(&run.stdout);
+    assert!(run.status.code() == Some(1) && out.contains("missing  window: there is no display"), "{out}");
 }
 
 #[test]

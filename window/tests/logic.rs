@@ -16,6 +16,8 @@ use pliant_mesh::generate;
 use pliant_record::{Recording, state_digest, write_model_to};
 use pliant_window::app::App;
 use pliant_window::gl::Wireframe;
+use pliant_window::strings;
+use pliant_window::view::cube::visible_faces;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -269,19 +271,28 @@ fn a_mirrored_stroke_is_one_stroke_and_symmetric() {
     harness.hover_at(MIDDLE);
     harness.key_press(Key::X);
     harness.step();
-    assert_eq!(harness.state().tool().1.mirror, Some(0));
+    harness.get_by_label("mirror along Y").click();
+    harness.run_steps(2);
+    harness.hover_at(MIDDLE);
+    harness.key_press(Key::Z);
+    harness.step();
+    assert_eq!(harness.state().tool().1.symmetry, [true; 3]);
     stroke(&mut harness, MIDDLE + egui::vec2(60.0, -40.0));
-    wait(&mut harness, "both sides", |app| app.status().done == 2);
+    wait(&mut harness, "one stroke for all images", |app| app.status().done == 1);
     std::thread::sleep(Duration::from_millis(1500));
     harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     wait(&mut harness, "saving", |app| !app.is_unsaved());
     let moved = displaced(&original, &std::fs::read(&path).unwrap());
-    let side = |sign: f64| moved.iter().filter(|(at, _)| sign * at[0] > 0.01).map(|(_, by)| *by).fold(0.0, f64::max);
-    let (left, right) = (side(-1.0), side(1.0));
-    // Two hands that are told the same at nearly the same time: as deep on both sides, to a tenth.
-    assert!(left > 1e-3 && (left / right - 1.0).abs() < 0.1, "{left} {right}");
+    let depth = |octant: usize| {
+        let is_in =
+            |at: &[f64; 3]| (0..3).all(|axis| at[axis].abs() > 0.01 && (at[axis] < 0.0) == (octant >> axis & 1 == 1));
+        moved.iter().filter(|(at, _)| is_in(at)).map(|(_, by)| *by).fold(0.0, f64::max)
+    };
+    let depths: Vec<f64> = (0..8).map(depth).collect();
+    // The numbers of the file are rounded, those of the shape are mirror images to the bit.
+    assert!(depths[0] > 1e-3 && depths.iter().all(|depth| (depth / depths[0] - 1.0).abs() < 1e-4), "{depths:?}");
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    wait(&mut harness, "one undo for both", |app| app.status().done == 0);
+    wait(&mut harness, "one undo for all", |app| app.status().done == 0);
 }
 
 /// Places (file units) of the vertices that differ between two files, and by how much.
@@ -529,4 +540,89 @@ fn a_line_that_is_drawn_within_one_frame_cuts_and_turns_no_view() {
     harness.input_mut().events.push(button(to, false));
     wait(&mut harness, "the cut", |app| app.status().done == 1);
     assert_eq!(*harness.state().camera(), view, "the view has not turned");
+}
+
+#[test]
+fn a_click_on_a_face_of_the_cube_looks_from_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(&ball(folder.path()));
+    wait(&mut harness, "the model", App::is_open);
+    harness.step();
+    let picture = harness.get_by_label(strings::PICTURE_OF_MODEL).rect();
+    // Where the axes are, in the upper right corner.
+    let centre = picture.right_top() + egui::vec2(-56.0, 56.0);
+    let turn = |harness: &mut Harness<'_, App>| {
+        harness.hover_at(MIDDLE);
+        for step in 0..8 {
+            let at = MIDDLE + egui::vec2(13.0, 4.0) * step as f32;
+            harness.event(egui::Event::PointerMoved(at));
+            let (pressed, button) = (step < 7, PointerButton::Middle);
+            if step == 0 || !pressed {
+                harness.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE });
+            }
+            harness.step();
+        }
+    };
+    let mut seen = std::collections::BTreeSet::new();
+    for round in 0..12 {
+        turn(&mut harness);
+        let faces = visible_faces(harness.state().camera().axes(), 15.0);
+        let face = faces[round % faces.len()];
+        let middle = face.corners.iter().fold(egui::Vec2::ZERO, |sum, corner| sum + *corner) / 4.0;
+        harness.hover_at(centre + middle);
+        harness.step();
+        harness.event(egui::Event::PointerButton {
+            pos: centre + middle,
+            button: PointerButton::Primary,
+            pressed: true,
+            modifiers: Modifiers::NONE,
+        });
+        harness.step();
+        harness.event(egui::Event::PointerButton {
+            pos: centre + middle,
+            button: PointerButton::Primary,
+            pressed: false,
+            modifiers: Modifiers::NONE,
+        });
+        harness.run_steps(2);
+        let back = harness.state().camera().axes()[2];
+        // From above and below the view stops a little before the pole.
+        assert!(back.dot(&face.normal()) > 0.99, "{face:?}: seen from {back:?}");
+        seen.insert((face.axis, face.is_negative));
+    }
+    assert!(seen.len() >= 3, "{seen:?}");
+    assert!(!harness.state().is_unsaved(), "no click was a stroke");
+}
+
+#[test]
+fn a_change_of_the_stiffness_is_taken_back_and_made_again_as_strokes_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(&ball(folder.path()));
+    wait(&mut harness, "the model", App::is_open);
+    stroke(&mut harness, MIDDLE);
+    wait(&mut harness, "a stroke", |app| app.status().done == 1);
+    // Two presses right after each other are one change.
+    for _ in 0..2 {
+        harness.key_press(Key::Period);
+        harness.step();
+    }
+    let is_near = |app: &App, factor: f64| (app.status().stiffness.now / factor - 1.0).abs() < 1e-3;
+    wait(&mut harness, "a stiffer material", |app| is_near(app, 1.69) && app.status().done == 2);
+    stroke(&mut harness, MIDDLE);
+    wait(&mut harness, "another stroke", |app| app.status().done == 3);
+    let names = |app: &App| app.status().strokes.iter().map(|stroke| stroke.name).collect::<Vec<_>>();
+    assert_eq!(names(harness.state()), ["touch", "stiffness", "touch"]);
+    for (key, done, factor) in
+        [(Key::Z, 2, 1.69), (Key::Z, 1, 1.0), (Key::Z, 0, 1.0), (Key::Y, 1, 1.0), (Key::Y, 2, 1.69), (Key::Y, 3, 1.69)]
+    {
+        harness.key_press_modifiers(Modifiers::COMMAND, key);
+        wait(&mut harness, "the history", |app| app.status().done == done && is_near(app, factor));
+    }
+    harness.get_by_label("as opened").click_accesskit();
+    wait(&mut harness, "the model as it was opened", |app| app.status().done == 0 && is_near(app, 1.0));
+    // What is asked for next begins where the history is.
+    harness.hover_at(MIDDLE);
+    harness.key_press(Key::Period);
+    wait(&mut harness, "a stiffer material", |app| is_near(app, 1.3) && app.status().done == 1);
+    assert_eq!(names(harness.state()), ["stiffness"]);
 }

@@ -91,10 +91,10 @@ impl App {
         };
         let keeps = has_same && self.model.as_ref().is_some_and(is_same);
         let (simulation, model) = (self.simulation.take_if(|_| keeps)?, self.model.take()?);
-        let (hands, device_hand) = model.into_hands();
+        let (hand, device_hand) = model.into_hand();
         let mut device_hand = device_hand?;
         device_hand.pause_strokes();
-        Some(Predecessor { simulation, hands, device_hand })
+        Some(Predecessor { simulation, hand, device_hand })
     }
 
     /// Guides the device that has the hand for a frame, and names its strokes.
@@ -114,8 +114,6 @@ impl App {
         ];
         // The force was made for a tool of the first size; the coupling of a larger one is stiffer.
         let share = self.force_share / self.settings.size.max(1.0);
-        let plane = self.settings.mirror.map(|axis| model.mirror(axis));
-        model.hand.set_mirror(plane);
         let device = model.hand.device_hand().map_or_else(String::new, |device_hand| device_hand.name.clone());
         let axes = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&self.camera.axes()));
         let view =

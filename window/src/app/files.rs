@@ -132,12 +132,14 @@ impl App {
     /// Takes the last stroke back.
     pub fn undo(&mut self) {
         self.log.event("undo", &[]);
+        self.follows_stiffness = true;
         self.send(Command::Undo);
     }
 
     /// Makes the stroke again that was taken back last.
     pub fn redo(&mut self) {
         self.log.event("redo", &[]);
+        self.follows_stiffness = true;
         self.send(Command::Redo);
     }
 
@@ -228,7 +230,7 @@ impl App {
         let told = add_recent_file(&folder, &self.request.path).and_then(|()| recent_files(&folder));
         match told {
             Ok(files) => self.recent = files,
-            Err(error) => self.tell(format!("the list of recent files: {error}")),
+            Err(error) => self.tell(strings::recent_problem(&error)),
         }
     }
 
@@ -366,7 +368,7 @@ impl App {
         let folder = self.request.path.parent().map_or_else(PathBuf::new, PathBuf::from);
         self.pictures += 1;
         let path = folder.join(format!("pliant-{}.png", self.pictures));
-        self.tell(format!("picture {}", path.display()));
+        self.tell(strings::picture_saved(&path));
         self.log.event("picture", &[("path", path.display().to_string())]);
         let write = move |picture: std::sync::Arc<egui::ColorImage>| {
             let [width, height] = picture.size.map(|edge| edge as u32);
@@ -388,8 +390,8 @@ fn browse(purpose: Purpose, path: &str, context: egui::Context) -> Option<Receiv
             dialog = dialog.set_directory(folder);
         }
         let answer = match purpose {
-            Purpose::Open => dialog.add_filter("models and scenes", &["obj", "msh", "vtk", "toml"]).pick_file(),
-            Purpose::Reference => dialog.add_filter("images", &["png", "jpg", "jpeg"]).pick_file(),
+            Purpose::Open => dialog.add_filter(strings::MODELS_AND_SCENES, &["obj", "msh", "vtk", "toml"]).pick_file(),
+            Purpose::Reference => dialog.add_filter(strings::IMAGES, &["png", "jpg", "jpeg"]).pick_file(),
             Purpose::SaveAs | Purpose::SaveSession | Purpose::Export => {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 dialog.set_file_name(name).save_file()

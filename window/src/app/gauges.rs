@@ -1,6 +1,7 @@
 //! Gauges: how well everything keeps time, and the force on the hand.
 
 use super::App;
+use super::timings::StartStage;
 use crate::gl::PixelArea;
 use crate::sim::StepTimes;
 use crate::strings;
@@ -113,7 +114,7 @@ impl ForcePlot {
             let line: Vec<_> = self.points.iter().map(place).collect();
             painter.line(line, Stroke::new(1.5, Color32::from_rgb(255, 170, 40)));
         }
-        response.on_hover_text(format!("force on the hand over {PLOTTED} s, up to {}", format_force(most)));
+        response.on_hover_text(strings::force_plot(PLOTTED, &format_force(most)));
     }
 }
 
@@ -123,22 +124,26 @@ impl App {
         ui.heading(strings::GAUGES);
         let force = self.model.as_ref().and_then(super::model::Model::tool).map_or(0.0, |tool| tool.force.norm());
         let limit = self.model.as_ref().map_or(0.0, |model| model.facts.hand.peak_force);
-        ui.label(format!("force {} of {}", format_force(force), format_force(limit)));
+        ui.label(strings::force_of(&format_force(force), &format_force(limit)));
         self.force.show(ui);
-        let ms = |seconds: f64| format!("{:.2} ms", seconds * 1e3);
+        let ms = strings::milliseconds;
         egui::Grid::new("gauges").num_columns(2).show(ui, |ui| {
             let mut row = |name: &str, value: String| {
                 ui.label(name);
                 ui.label(value);
                 ui.end_row();
             };
-            row("real time", format!("{:.0} %", 100.0 * gauges.real_time_factor));
-            row("step", format!("{}, p99 {}", ms(gauges.step_median), ms(gauges.step_p99)));
-            row("time step", ms(gauges.dt));
-            row("haptic loop", format!("{:.0} Hz", gauges.haptic_rate));
-            row("lateness", format!("{}, missed {}", ms(gauges.lateness), gauges.missed));
-            row("simulated", format!("{} nodes, {} elements", gauges.nodes, gauges.elements));
-            row("memory", format!("{:.0} MB", gauges.bytes as f64 / 1e6));
+            row(strings::REAL_TIME, strings::percent(gauges.real_time_factor));
+            row(strings::STEP, strings::with_p99(gauges.step_median, gauges.step_p99));
+            row(strings::TIME_STEP, ms(gauges.dt));
+            row(strings::HAPTIC_LOOP, strings::rate(gauges.haptic_rate));
+            row(strings::LATENESS, strings::with_missed(gauges.lateness, gauges.missed));
+            row(strings::SIMULATED, strings::size_of(gauges.nodes, gauges.elements));
+            row(strings::MEMORY, strings::megabytes(gauges.bytes));
+            if let Some(seconds) = self.start.of(StartStage::ModelShown) {
+                row(strings::FIRST_PICTURE, strings::seconds(seconds));
+            }
+            row(strings::TO_SCREEN, strings::latency(&self.latency.motions()));
         });
         let warn = |ui: &mut egui::Ui, text: String| ui.colored_label(Color32::from_rgb(240, 90, 80), text);
         if self.model.is_none() || !gauges.is_slow() {
@@ -148,10 +153,12 @@ impl App {
             warn(ui, strings::held_up(gauges.real_time_factor));
             return;
         }
-        warn(ui, strings::slow(gauges.real_time_factor));
-        let is_solid = self.model.as_ref().is_some_and(|m| m.facts.taken_as == Some(pliant_editor::Substance::Solid));
-        if is_solid && self.request.level > 3 && ui.button(strings::COARSER).clicked() {
-            self.request.level -= 1;
+        let taken_as = self.model.as_ref().and_then(|model| model.facts.taken_as);
+        warn(ui, strings::slow(gauges.real_time_factor, taken_as));
+        if let Some(remedy) = self.request.remedy(taken_as)
+            && ui.button(strings::remedy(remedy)).clicked()
+        {
+            self.request.take_remedy(remedy);
             self.reopen();
         }
     }

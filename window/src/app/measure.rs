@@ -4,6 +4,7 @@ use super::gauges::FrameTimes;
 use super::model::Model;
 use crate::arguments::Arguments;
 use crate::sim::{Notice, Simulation, StepTimes};
+use crate::strings;
 use crate::tools::ToolKind;
 use crate::view::{Camera, Ray};
 use eframe::egui;
@@ -108,7 +109,7 @@ pub fn measure_without_window(arguments: &Arguments) -> Result<Measurement, Stri
             }
         }
     }
-    let mut model = Model::new(*opened.ok_or("nothing was opened")?, None, egui::Context::default());
+    let mut model = Model::new(*opened.ok_or(strings::NOTHING_OPENED)?, None, egui::Context::default());
     let mut camera = Camera::default();
     let (centre, radius) = model.ball();
     camera.frame(centre, radius, 1.3);
@@ -121,5 +122,5 @@ pub fn measure_without_window(arguments: &Arguments) -> Result<Measurement, Stri
         Notice::Ended(ended) => Some(ended),
         _ => None,
     });
-    Ok(Measurement::new(*ended.ok_or("the session ended early")?, None))
+    Ok(Measurement::new(*ended.ok_or(strings::ENDED_EARLY)?, None))
 }

@@ -11,17 +11,21 @@ mod measure;
 mod model;
 mod panels;
 mod reference_panel;
+mod timings;
 mod unit_question;
 mod viewport;
 
 pub use log::EventLog;
 pub use measure::{Measurement, measure_without_window};
+pub use timings::{Latency, PointerLatency, START_STAGES, SeenHand, StartStage, StartTimes};
 
 use crate::arguments::Arguments;
 use crate::gl::{Line, Shading, Stereo, SurfaceRenderer, Wireframe};
 use crate::opening::OpenRequest;
 use crate::recent::recent_files;
-use crate::sim::{Abandoned, Command, ModelFormat, Notice, Simulation, Status, abandoned, state_folder};
+use crate::sim::{
+    Abandoned, Command, EarlySimulation, ModelFormat, Notice, Simulation, Status, abandoned, state_folder,
+};
 use crate::strings;
 
 use crate::tools::{ToolKind, ToolSettings};
@@ -34,6 +38,7 @@ use layers::LayerPanel;
 use measure::ScriptedStrokes;
 use model::Model;
 use pliant_editor::{DeviceChoice, Substance};
+use pliant_engine::body::Axes;
 use reference_panel::Reference;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
@@ -93,6 +98,8 @@ pub struct App {
     tools: Vec<ToolKind>,
     tool: usize,
     settings: ToolSettings,
+    /// Axes of the symmetry that the session has; a new one has none.
+    sent_symmetry: Axes,
     /// Files that were opened last, the newest first.
     recent: Vec<PathBuf>,
     /// Where Save writes.
@@ -121,6 +128,12 @@ pub struct App {
     reference: Reference,
     force: ForcePlot,
     times: FrameTimes,
+    start: StartTimes,
+    latency: PointerLatency,
+    /// What the picture of the last frame was of.
+    painted: Option<StartStage>,
+    /// Whether times are printed.
+    prints_timings: bool,
     script: Option<ScriptedStrokes>,
     /// Summary and step times of a measurement that has ended.
     measured: Arc<Mutex<Option<Measurement>>>,
@@ -131,6 +144,8 @@ pub struct App {
     opened_young: Option<f64>,
     /// Stiffness that is asked for, over that at the opening.
     stiffness: f64,
+    /// Whether the history was gone through since it was asked for: the session says what it is then.
+    follows_stiffness: bool,
     /// Folders of shapes that are, or will be, open in another material; each goes with its entry.
     shapes: Vec<TempDir>,
     /// Pixels of the screen for a point.
@@ -153,6 +168,7 @@ impl App {
             tools: ToolKind::all(),
             tool: 0,
             settings: ToolSettings::default(),
+            sent_symmetry: [false; 3],
             // What is wrong with the list is told when a file is opened.
             recent: state_folder().and_then(|folder| recent_files(&folder).ok()).unwrap_or_default(),
             save_path: None,
@@ -172,25 +188,37 @@ impl App {
             reference: Reference::default(),
             force: ForcePlot::default(),
             times: FrameTimes::default(),
+            start: StartTimes::since(Instant::now()),
+            latency: PointerLatency::default(),
+            painted: None,
+            prints_timings: false,
             script: None,
             measured: Arc::default(),
             pictures: 0,
             is_material_changed: false,
             opened_young: None,
             stiffness: 1.0,
+            follows_stiffness: false,
             shapes: Vec::new(),
             pixels_per_point: 1.0,
         }
     }
 
-    /// Opens what the program was called with.
-    pub fn begin(&mut self, arguments: &Arguments) {
+    /// Opens what the program was called with. `early`: the simulation that opens the path of the arguments already, if there is one.
+    pub fn begin(&mut self, arguments: &Arguments, early: Option<EarlySimulation>) {
+        self.start = StartTimes::since(arguments.began);
+        self.start.reach(StartStage::Window);
+        self.prints_timings = arguments.timings;
         self.script = arguments.measure.map(ScriptedStrokes::new);
         let request = arguments.request();
-        if arguments.path.is_some() {
-            self.open(request);
-        } else {
-            self.request = request;
+        match (early, arguments.path.is_some()) {
+            (Some(early), true) => {
+                self.log.event("opening", &[("path", request.path.display().to_string())]);
+                let started = early.join(&self.context);
+                self.follow(started, request);
+            }
+            (None, true) => self.open(request),
+            (_, false) => self.request = request,
         }
         let name = |path: &std::path::Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         let wanted = arguments.path.as_deref().map(name);
@@ -204,6 +232,16 @@ impl App {
         }
     }
 
+    /// Times of the start of the program.
+    pub fn start_times(&self) -> &StartTimes {
+        &self.start
+    }
+
+    /// How soon the picture shows what the pointer does.
+    pub fn pointer_latency(&self) -> &PointerLatency {
+        &self.latency
+    }
+
     /// Where the result of a measurement will be.
     pub fn measurement(&self) -> Arc<Mutex<Option<Measurement>>> {
         Arc::clone(&self.measured)
@@ -213,22 +251,33 @@ impl App {
     pub fn open(&mut self, request: OpenRequest) {
         self.log.event("opening", &[("path", request.path.display().to_string())]);
         let before = self.predecessor(&request);
+        self.close();
+        let context = self.context.clone();
+        let started = Simulation::start(request.clone(), true, before, move || context.request_repaint());
+        self.follow(started, request);
+    }
+
+    /// Ends what is open.
+    fn close(&mut self) {
         self.model = None;
         // The old session ends before the new one begins, as both would ask for the same processors; but for one whose device goes on.
         self.simulation = None;
+    }
+
+    /// Shows a simulation that opens what was asked for.
+    fn follow(&mut self, started: std::io::Result<Simulation>, request: OpenRequest) {
         self.shapes.retain(|folder| request.shape.as_ref().is_some_and(|shape| shape.starts_with(folder.path())));
         self.status = Status::default();
         self.layers = LayerPanel::default();
         // The shape that is open may not be the one of the file.
-        self.stiffness = 1.0;
+        (self.stiffness, self.follows_stiffness) = (1.0, false);
         self.is_material_changed = false;
         (self.error, self.saved_strokes) = (None, request.shape.is_none().then_some(0));
         let is_written = !request.is_scene() && !request.is_tetrahedral();
         self.save_path = is_written.then(|| request.path.clone());
-        let context = self.context.clone();
-        match Simulation::start(request.clone(), true, before, move || context.request_repaint()) {
+        match started {
             Ok(simulation) => self.simulation = Some(simulation),
-            Err(error) => self.fail(format!("no thread for the simulation: {error}")),
+            Err(error) => self.fail(strings::no_thread(&error)),
         }
         self.request = request;
     }
@@ -293,6 +342,7 @@ impl App {
     fn listen(&mut self) {
         let Some(simulation) = &mut self.simulation else { return };
         let before = (self.status.done, self.status.strokes.len());
+        let edits = self.status.edits;
         self.status = simulation.status().clone();
         for notice in simulation.notices() {
             self.take(notice);
@@ -301,15 +351,20 @@ impl App {
         if before != now {
             let (done, undone) = (now.0.to_string(), (now.1 - now.0).to_string());
             self.log.event("history", &[("done", done), ("undone", undone)]);
-            if before.0 != now.0 {
-                self.saved_strokes = self.saved_strokes.filter(|saved| *saved == now.0);
-            }
+        }
+        if self.status.edits != edits {
+            self.saved_strokes = self.saved_strokes.filter(|saved| *saved == self.status.edits);
+        }
+        // An undo that is not done yet leaves the stiffness that was asked for last.
+        if self.follows_stiffness {
+            self.take_stiffness(self.status.stiffness.wanted);
         }
     }
 
     fn take(&mut self, notice: Notice) {
         match notice {
             Notice::Opened(opened) => {
+                self.start.reach(StartStage::Opened);
                 let (seconds, is_reopened) = (opened.seconds, self.request.shape.is_some() && self.recovered.is_none());
                 let material_folder = self.request.material_folder().map(PathBuf::from);
                 self.asks_unit = self.is_unit_unsure(&opened.facts);
@@ -331,6 +386,7 @@ impl App {
                 self.remember_opened();
                 self.resize_tool();
                 self.set_brush();
+                self.sent_symmetry = [false; 3];
             }
             Notice::Failed(text) => {
                 self.model = None;
@@ -360,12 +416,12 @@ impl App {
     fn saved(&mut self, path: PathBuf, for_user: bool) {
         if for_user {
             self.log.event("saved", &[("path", path.display().to_string())]);
-            self.tell(format!("saved {}", path.display()));
+            self.tell(strings::model_saved(&path));
             if ModelFormat::of(&path) != ModelFormat::Obj {
                 // An export: it does not hold the lines of the model.
                 return;
             }
-            self.saved_strokes = Some(self.status.done);
+            self.saved_strokes = Some(self.status.edits);
             self.recovered.take().into_iter().for_each(Abandoned::discard);
             self.save_path = Some(path);
             if std::mem::take(&mut self.quit_after_save) {
@@ -406,13 +462,32 @@ impl App {
         self.send(Command::SetBrush { strength: brush, falloff });
     }
 
+    /// Gives the session the symmetry that is set, between two strokes.
+    fn send_symmetry(&mut self) {
+        let wanted = self.settings.symmetry;
+        let Some(model) = self.model.as_ref().filter(|model| !model.hand.is_busy()) else { return };
+        if wanted != self.sent_symmetry {
+            self.send(Command::SetSymmetry { axes: wanted, centre: model.symmetry(wanted).centre });
+            self.sent_symmetry = wanted;
+        }
+    }
+
     /// Asks for a stiffness, as a factor of that at the opening.
     fn stiffen(&mut self, factor: f64) {
-        self.stiffness = factor.clamp(*STIFFNESS_FACTORS.start(), *STIFFNESS_FACTORS.end());
-        if let Some(young) = self.opened_young {
-            self.request.solid.young = young * self.stiffness;
-        }
+        self.follows_stiffness = false;
+        self.take_stiffness(factor.clamp(*STIFFNESS_FACTORS.start(), *STIFFNESS_FACTORS.end()));
         self.send(Command::SetStiffness { factor: self.stiffness });
+    }
+
+    /// Shows a stiffness as the one that is asked for.
+    fn take_stiffness(&mut self, factor: f64) {
+        if self.stiffness == factor {
+            return;
+        }
+        self.stiffness = factor;
+        if let Some(young) = self.opened_young {
+            self.request.solid.young = young * factor;
+        }
     }
 
     /// Radius of the tool, m; 0 without a model.
@@ -424,6 +499,7 @@ impl App {
     pub fn show(&mut self, ui: &mut egui::Ui) {
         self.pixels_per_point = ui.ctx().pixels_per_point();
         self.times.begin();
+        self.note_painted();
         self.listen();
         if let Some(model) = &mut self.model {
             model.update(&mut self.times, self.view);
@@ -432,6 +508,7 @@ impl App {
                 self.messages.push((Instant::now(), problem));
             }
         }
+        self.see_hand();
         self.update_reference(ui.ctx());
         self.shortcuts(ui.ctx());
         self.dropped_files(ui.ctx());
@@ -439,13 +516,60 @@ impl App {
         self.status_bar(ui);
         self.left_panel(ui);
         self.right_panel(ui);
+        self.send_symmetry();
         self.viewport(ui);
         self.windows(ui.ctx());
         self.close_requests(ui.ctx());
         self.run_script();
+        self.track_hand();
         self.times.end();
+        self.painted = Some(if self.model.is_some() { StartStage::ModelShown } else { StartStage::FirstFrame });
         // Gauges move on by themselves.
         ui.ctx().request_repaint_after(std::time::Duration::from_millis(500));
+    }
+
+    /// The picture of the frame before is on screen. Where that is a stage of the start, the frame after it comes at once, for its time to be known.
+    fn note_painted(&mut self) {
+        let Some(stage) = self.painted.take().filter(|_| self.renderer.is_some()) else { return };
+        if !self.start.reach(stage) {
+            return;
+        }
+        if let (StartStage::ModelShown, Some(seconds)) = (stage, self.start.of(stage)) {
+            self.log.event("model shown", &[("seconds", format!("{seconds:.3}"))]);
+            if self.prints_timings {
+                eprintln!("{}", strings::start_timings(&self.start));
+            }
+        }
+    }
+
+    /// Takes in where the newest frame of the simulation has the hand.
+    fn see_hand(&mut self) {
+        let time = self.context.input(|input| input.time);
+        let tool = self.model.as_ref().and_then(Model::tool);
+        let seen =
+            tool.map(|tool| SeenHand { position: tool.hand, is_in_contact: tool.contact.is_some() || tool.grips });
+        let radius = self.tool_radius();
+        self.latency.begin_frame(time, seen, radius);
+    }
+
+    /// Notes where the hand was sent in this frame.
+    fn track_hand(&mut self) {
+        let radius = self.tool_radius();
+        if let Some(model) = self.model.as_ref().filter(|model| !model.hand.is_by_device())
+            && let Some(position) = model.hand.position()
+        {
+            self.latency.send(position, radius, model.hand.is_busy());
+        }
+        let is_start = self.painted_is_awaited();
+        if is_start || self.latency.is_waiting() {
+            self.context.request_repaint();
+        }
+    }
+
+    /// Whether the picture of this frame is the first of its kind.
+    fn painted_is_awaited(&self) -> bool {
+        let stage = if self.model.is_some() { StartStage::ModelShown } else { StartStage::FirstFrame };
+        self.renderer.is_some() && self.start.of(stage).is_none()
     }
 
     fn run_script(&mut self) {
@@ -481,6 +605,9 @@ impl eframe::App for App {
     }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        if self.prints_timings {
+            eprintln!("{}", strings::pointer_timings(&self.latency));
+        }
         self.model = None;
         self.simulation = None;
         self.shapes.clear();

@@ -9,15 +9,16 @@ use crate::picture::Upload;
 use crate::sim::OpenModel;
 use crate::strings;
 use crate::stroke::HandControl;
-use crate::symmetry::MirrorPlane;
+use crate::symmetry::Symmetry;
 use crate::view::Camera;
 use crate::view::overlay::round_length;
 use eframe::egui;
 use nalgebra::{Point3, Vector3};
 use pliant_editor::surface::{Hit, Picker, ViewSurface};
 use pliant_editor::{DeviceHand, PointerRay};
+use pliant_engine::body::Axes;
 use pliant_engine::session::ToolFrame;
-use pliant_live::{PointerHandle, ViewReader};
+use pliant_live::{BladeEdgeView, ContactPoint, PointerHandle, ViewReader};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -74,11 +75,11 @@ impl Model {
 
     /// `material_folder`: where the model's `mtllib` files are, if not beside the file that was opened.
     pub(super) fn new(opened: OpenModel, material_folder: Option<PathBuf>, context: egui::Context) -> Self {
-        let OpenModel { facts, reader, surfaces, models, hands, device_hand, device_frame, .. } = opened;
+        let OpenModel { facts, reader, surfaces, models, hand, device_hand, device_frame, .. } = opened;
         let materials = Some(MaterialLoad::start(models, material_folder, context.clone()));
         let pickers = surfaces.iter().map(Picker::new).collect();
         let uploads = surfaces.iter().enumerate().map(|(body, surface)| Upload::whole(body, surface)).collect();
-        let mut control = HandControl::new(hands, device_hand, device_frame);
+        let mut control = HandControl::new(hand, device_hand, device_frame);
         // Somewhere beside the model, until the pointer is over it.
         control.wait_at(
             surfaces.first().map_or(Vector3::zeros(), |s| s.origin) + facts.hand.size * Vector3::new(0.0, 2.0, 0.0),
@@ -105,9 +106,9 @@ impl Model {
         }
     }
 
-    /// Its hands, and the device that can have the first: the model is closed, and the hands go on.
-    pub(super) fn into_hands(self) -> ([PointerHandle; 2], Option<DeviceHand>) {
-        self.hand.into_hands()
+    /// Its hand, and the device that can have it: the model is closed, and the hand goes on.
+    pub(super) fn into_hand(self) -> (PointerHandle, Option<DeviceHand>) {
+        self.hand.into_hand()
     }
 
     /// Takes in the newest frame, and lists what is to be uploaded.
@@ -221,6 +222,16 @@ impl Model {
         self.reader.frame().tools.first().copied()
     }
 
+    /// Where tools touch in the newest frame.
+    pub(super) fn contacts(&self) -> &[ContactPoint] {
+        &self.reader.frame().contacts
+    }
+
+    /// Blades in the newest frame.
+    pub(super) fn blades(&self) -> &[BladeEdgeView] {
+        &self.reader.frame().blades
+    }
+
     /// Triangles of all bodies.
     pub(super) fn triangles(&self) -> usize {
         self.surfaces.iter().map(|surface| surface.triangles().len()).sum()
@@ -231,9 +242,9 @@ impl Model {
         self.surfaces.iter().map(|surface| surface.origin.into()).collect()
     }
 
-    /// The plane across an axis in which strokes are mirrored.
-    pub(super) fn mirror(&self, axis: usize) -> MirrorPlane {
-        MirrorPlane::of_model(axis, self.ball().0.coords, self.facts.hand.size)
+    /// The planes in which strokes are mirrored along these axes. They are those of the model as it was opened, however its shape changes.
+    pub(super) fn symmetry(&self, axes: Axes) -> Symmetry {
+        Symmetry::of_model(axes, self.opened_bounds)
     }
 
     /// Centre and radius (m) of a ball around all bodies.

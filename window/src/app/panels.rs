@@ -15,8 +15,10 @@ use pliant_engine::scene::Release;
 impl App {
     /// Tools and how the model is shown.
     pub(super) fn left_panel(&mut self, ui: &mut egui::Ui) {
-        egui::Panel::left("tools").exact_size(236.0).resizable(false).show(ui, |ui| {
-            egui::ScrollArea::vertical().show(ui, |ui| {
+        let width = panel_width(ui, 236.0);
+        egui::Panel::left("tools").exact_size(width).resizable(false).show(ui, |ui| {
+            egui::ScrollArea::both().show(ui, |ui| {
+                shrink_controls(ui, width);
                 self.tool_panel(ui);
                 ui.separator();
                 self.view_panel(ui);
@@ -28,8 +30,10 @@ impl App {
 
     /// Warnings, gauges, material, layers and history.
     pub(super) fn right_panel(&mut self, ui: &mut egui::Ui) {
-        egui::Panel::right("model").exact_size(280.0).resizable(false).show(ui, |ui| {
-            egui::ScrollArea::vertical().show(ui, |ui| {
+        let width = panel_width(ui, 280.0);
+        egui::Panel::right("model").exact_size(width).resizable(false).show(ui, |ui| {
+            egui::ScrollArea::both().show(ui, |ui| {
+                shrink_controls(ui, width);
                 self.warning_panel(ui);
                 self.gauge_panel(ui);
                 ui.separator();
@@ -70,15 +74,17 @@ impl App {
         }
         ui.horizontal(|ui| {
             ui.label(strings::SYMMETRY);
-            ui.selectable_value(&mut self.settings.mirror, None, strings::OFF);
-            for (axis, name) in strings::AXES.into_iter().enumerate() {
-                ui.selectable_value(&mut self.settings.mirror, Some(axis), name);
+            for (is_on, axis) in self.settings.symmetry.iter_mut().zip(strings::AXES) {
+                let name = strings::mirror_along(axis);
+                let response = ui.toggle_value(is_on, axis).on_hover_text(&name);
+                let role = egui::WidgetType::SelectableLabel;
+                response.widget_info(|| egui::WidgetInfo::selected(role, true, *is_on, &name));
             }
         });
         let mut size = self.settings.size;
         let slider = Slider::new(&mut size, ToolSettings::SIZES).logarithmic(true).max_decimals(2).text(strings::SIZE);
         let radius = self.tool_radius();
-        if ui.add(slider).on_hover_text(format!("radius {}", format_length(radius))).changed() {
+        if ui.add(slider).on_hover_text(strings::radius(&format_length(radius))).changed() {
             self.settings.size = size;
             self.resize_tool();
         }
@@ -314,7 +320,7 @@ impl App {
         }
         let folder = match tempfile::Builder::new().prefix("pliant-").tempdir() {
             Ok(folder) => folder,
-            Err(error) => return self.fail(format!("no folder for the present shape: {error}")),
+            Err(error) => return self.fail(strings::no_shape_folder(&error)),
         };
         self.is_material_changed = false;
         let file = folder.path().join("shape.obj");
@@ -341,30 +347,42 @@ impl App {
         }
         let strokes = &self.status.strokes;
         for (place, stroke) in strokes.iter().enumerate() {
-            // A mirrored stroke is two of the session's, and one line.
+            // A stroke of the pointer is one line, however many it is of the session.
             if strokes.get(place + 1).is_some_and(|next| next.number == stroke.number) {
                 continue;
             }
-            let text = format!("{}  {} at {:.0} s", stroke.number, stroke.name, stroke.time);
+            let text = strings::stroke(stroke.number, stroke.name, stroke.time);
             let text = if place < done { egui::RichText::new(text) } else { egui::RichText::new(text).weak() };
             if ui.selectable_label(place + 1 == done, text).clicked() {
                 wanted = Some(place + 1);
             }
         }
         if let Some(count) = wanted {
+            self.follows_stiffness = true;
             self.send(Command::JumpTo(count));
         }
     }
 }
 
+/// Width of a panel, points: the usual one, or on a small screen as much as leaves the picture its place.
+fn panel_width(ui: &egui::Ui, usual: f32) -> f32 {
+    usual.min(PANEL_SHARE * ui.ctx().content_rect().width())
+}
+
+/// Largest share of the width of the window that a panel takes.
+const PANEL_SHARE: f32 = 0.32;
+/// Points of a panel that the name and the number of a slider take.
+const BESIDE_SLIDER: f32 = 136.0;
+
+/// Sliders and boxes that fit into a panel of this width, points.
+fn shrink_controls(ui: &mut egui::Ui, width: f32) {
+    let spacing = ui.spacing_mut();
+    spacing.slider_width = spacing.slider_width.min((width - BESIDE_SLIDER).max(32.0));
+    spacing.combo_width = spacing.combo_width.min((width - BESIDE_SLIDER).max(32.0));
+}
+
 pub(super) fn unit_text(unit: LengthUnit, size: f64) -> String {
-    let name = match unit {
-        LengthUnit::Metre => "m",
-        LengthUnit::Centimetre => "cm",
-        LengthUnit::Millimetre => "mm",
-        LengthUnit::Inch => "in",
-    };
-    format!("{name}: the model is {}", format_length(size * unit.metres()))
+    strings::unit_and_size(unit, &format_length(size * unit.metres()))
 }
 
 fn solid_controls(ui: &mut egui::Ui, request: &mut OpenRequest, has_grid: bool) {
@@ -374,14 +392,18 @@ fn solid_controls(ui: &mut egui::Ui, request: &mut OpenRequest, has_grid: bool) 
             ui.selectable_value(solid, *preset, preset.name).on_hover_text(preset.source);
         }
     });
-    let stiffness = Slider::new(&mut solid.young, 1e3..=1e7).logarithmic(true).suffix(" Pa");
+    let stiffness = Slider::new(&mut solid.young, 1e3..=1e7).logarithmic(true).suffix(strings::PASCAL);
     ui.add(stiffness.max_decimals(0).text(strings::STIFFNESS)).on_hover_text(strings::STIFFNESS_HINT);
     ui.small(stiffness_word(solid.young));
     ui.add(
-        Slider::new(&mut solid.density, 10.0..=3000.0).logarithmic(true).suffix(" kg/m\u{b3}").text(strings::DENSITY),
+        Slider::new(&mut solid.density, 10.0..=3000.0)
+            .logarithmic(true)
+            .suffix(strings::KILOGRAM_PER_CUBIC_METRE)
+            .text(strings::DENSITY),
     );
     let mut milliseconds = solid.damping_time * 1e3;
-    let damping = Slider::new(&mut milliseconds, 0.0..=5.0).suffix(" ms").max_decimals(2).text(strings::DAMPING);
+    let damping =
+        Slider::new(&mut milliseconds, 0.0..=5.0).suffix(strings::MILLISECOND).max_decimals(2).text(strings::DAMPING);
     if ui.add(damping).changed() {
         solid.damping_time = milliseconds * 1e-3;
     }

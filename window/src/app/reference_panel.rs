@@ -60,7 +60,7 @@ impl App {
     pub(super) fn open_remembered_reference(&mut self) {
         let read = self.state_folder().map(|folder| remembered(&folder, &self.request.path));
         let settings = read.transpose().unwrap_or_else(|error| {
-            self.tell(format!("the reference image is not known: {error}"));
+            self.tell(strings::reference_unknown(&error));
             None
         });
         let settings = settings.flatten();
@@ -110,7 +110,7 @@ impl App {
         if let Some(folder) = self.state_folder()
             && let Err(error) = remember(&folder, &self.request.path, written.as_ref())
         {
-            self.tell(format!("the reference image is not remembered: {error}"));
+            self.tell(strings::reference_forgotten(&error));
         }
         self.reference.written = written;
     }
@@ -152,8 +152,9 @@ impl App {
         });
         // A drag of a hundred points doubles the height.
         let speed = (0.01 * settings.height).max(1e-3);
-        let millimetres =
-            |value, least: f64| DragValue::new(value).speed(speed).range(least..=1e6).max_decimals(2).suffix(" mm");
+        let millimetres = |value, least: f64| {
+            DragValue::new(value).speed(speed).range(least..=1e6).max_decimals(2).suffix(strings::MILLIMETRE)
+        };
         let [right, up] = &mut settings.offset;
         for (value, least, label) in [
             (&mut settings.height, 1e-3, strings::REFERENCE_HEIGHT),

@@ -8,6 +8,7 @@ use crate::gl::{Channels, PixelArea, Scene, Stereo};
 use crate::sim::Command;
 use crate::strings;
 use crate::tools::ToolKind;
+use crate::view::cube::visible_faces;
 use crate::view::overlay::{self, Frame};
 use crate::view::{Eye, Projection};
 use eframe::egui::{self, Align2, Color32, FontId, Key, PointerButton, Sense, vec2};
@@ -15,6 +16,7 @@ use eframe::egui_glow;
 use nalgebra::Point3;
 use pliant_editor::surface::Hit;
 use pliant_editor::{Gesture, PaintStroke, StrokeStart, Substance};
+use pliant_engine::body::mirrored;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -24,12 +26,21 @@ const ZOOM_SPEED: f32 = 0.0025;
 const LIFT_SPEED: f64 = 0.004;
 /// Time for which a message is shown over the picture, beside that for reading it.
 const SHOWN: Duration = Duration::from_secs(3);
+/// Widths of messages over the picture, points: below the first they are shown below the axes and not beside them.
+const NARROWEST_MESSAGE: f32 = 260.0;
+/// See [`NARROWEST_MESSAGE`].
+const WIDEST_MESSAGE: f32 = 720.0;
 /// Time for reading a letter: 200 words in a minute.
 const READING: Duration = Duration::from_millis(50);
 /// Factor of the tool's size or strength for a press of its key.
 const KEY_STEP: f64 = 1.15;
 /// Factor of the stiffness for a press of its key: four make an octave and a half.
 const STIFFNESS_KEY_STEP: f64 = 1.3;
+
+/// Points of the screen that the axes in the corner take up.
+const AXES_SIZE: f32 = 112.0;
+/// Points of the screen of half an edge of the cube among them.
+const CUBE_HALF: f32 = 15.0;
 
 /// What a drag of the pointer turns or moves.
 #[derive(Clone, Copy, PartialEq)]
@@ -46,7 +57,7 @@ impl App {
             let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
             let rect = response.rect;
             self.times.show_in(self.pixels(rect, ui.ctx()));
-            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Canvas, true, "picture of the model"));
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Canvas, true, strings::PICTURE_OF_MODEL));
             if self.model.is_none() {
                 let text = self.waiting_text();
                 painter.rect_filled(rect, 0.0, ui.visuals().extreme_bg_color);
@@ -169,6 +180,7 @@ impl App {
                 model.hand.advance(dt);
             } else if model.hand.finish(dt, model.tool().map(|tool| tool.hand), radius) {
                 self.log.event("stroke ends", &[("tool", tool.name().into())]);
+                self.latency.release();
                 self.send(Command::EndStroke);
             }
             ui.ctx().request_repaint();
@@ -210,8 +222,6 @@ impl App {
                 radius,
                 depth,
             };
-            let plane = self.settings.mirror.map(|axis| model.mirror(axis));
-            model.hand.set_mirror(plane);
             let paint = PaintStroke {
                 param: self.settings.painted.min(model.facts.painted.len().saturating_sub(1)),
                 lowers: modifiers.command,
@@ -222,6 +232,9 @@ impl App {
                     model.hand.follow(ray, hit.map(|hit| hit.at));
                 }
                 self.send(Command::BeginStroke(tool.name()));
+                if tool.gesture() != Gesture::Slice {
+                    self.latency.press();
+                }
                 ui.ctx().request_repaint();
             } else {
                 self.keys.let_go();
@@ -281,8 +294,8 @@ impl App {
                 self.choose_tool(tool);
             }
         }
-        if pressed(Key::X) {
-            self.settings.mirror = if self.settings.mirror.is_some() { None } else { Some(0) };
+        for (axis, key) in [Key::X, Key::Y, Key::Z].into_iter().enumerate() {
+            self.settings.symmetry[axis] ^= pressed(key);
         }
         if pressed(Key::K) {
             self.toggle_release();
@@ -386,9 +399,10 @@ impl App {
         ui.painter().add(callback);
     }
 
-    /// The axes of the scene in the upper right corner: a click on an end looks from there.
+    /// The axes of the scene with a cube in the upper right corner: a click on an end or on a face looks from there.
     fn view_axes(&mut self, ui: &egui::Ui, rect: egui::Rect) {
-        let centre = rect.right_top() + vec2(-56.0, 56.0);
+        let centre = rect.right_top() + vec2(-0.5 * AXES_SIZE, 0.5 * AXES_SIZE);
+        self.view_cube(ui, centre);
         let [right, up, back] = self.camera.axes();
         let colours =
             [Color32::from_rgb(226, 84, 84), Color32::from_rgb(120, 190, 70), Color32::from_rgb(80, 140, 235)];
@@ -424,6 +438,27 @@ impl App {
         }
     }
 
+    /// A cube around a place of the screen: a click on a face looks from there.
+    fn view_cube(&mut self, ui: &egui::Ui, centre: egui::Pos2) {
+        let faces = visible_faces(self.camera.axes(), CUBE_HALF);
+        let id = ui.scope_id().with("view cube");
+        let area = egui::Rect::from_center_size(centre, egui::Vec2::splat(3.4 * CUBE_HALF));
+        let pointer = ui.input(|input| input.pointer.latest_pos()).filter(|at| area.contains(*at));
+        let under = pointer.and_then(|at| faces.iter().position(|face| face.contains(at - centre)));
+        let response = under.map(|_| ui.interact(area, id, Sense::click()));
+        for (index, face) in faces.iter().enumerate() {
+            let grey = (90.0 + 90.0 * face.facing) as u8;
+            let is_under = under == Some(index) && response.as_ref().is_some_and(egui::Response::hovered);
+            let fill = if is_under { Color32::from_rgb(255, 215, 150) } else { Color32::from_gray(grey) };
+            let corners: Vec<_> = face.corners.iter().map(|corner| centre + *corner).collect();
+            let edge = egui::Stroke::new(1.0, Color32::from_gray(50));
+            ui.painter().add(egui::Shape::convex_polygon(corners, fill, edge));
+        }
+        if let (Some(under), true) = (under, response.is_some_and(|response| response.clicked())) {
+            self.camera.look_from(faces[under].normal());
+        }
+    }
+
     fn paint_overlay(&mut self, ui: &egui::Ui, rect: egui::Rect, hit: Option<Hit>, pointer: Option<egui::Pos2>) {
         let painter = ui.painter().with_clip_rect(rect);
         let frame = Frame { rect, camera: &self.camera };
@@ -445,8 +480,9 @@ impl App {
                 let faint = colour.gamma_multiply(0.35);
                 overlay::ring(&painter, frame, hit.at.point.into(), hit.at.normal, region * radius, faint);
             }
-            if let Some(plane) = self.settings.mirror.map(|axis| model.mirror(axis)) {
-                let (point, normal) = (plane.point(hit.at.point), plane.direction(hit.at.normal));
+            let symmetry = model.symmetry(self.settings.symmetry);
+            for image in symmetry.images() {
+                let (point, normal) = (symmetry.point(hit.at.point, image), mirrored(hit.at.normal, image));
                 overlay::ring(&painter, frame, point.into(), normal, radius, colour.gamma_multiply(0.6));
             }
         }
@@ -459,6 +495,14 @@ impl App {
         {
             painter.line_segment([from, to], egui::Stroke::new(4.0, Color32::from_black_alpha(120)));
             painter.line_segment([from, to], egui::Stroke::new(2.0, Color32::from_rgb(255, 110, 90)));
+        }
+        let contact_places = model.contacts().iter().map(|contact| (Point3::from(contact.position), contact.share));
+        overlay::contact_points(&painter, frame, contact_places);
+        // The pointer draws its line; a device holds the blade itself.
+        if tool.gesture() == Gesture::Slice && model.hand.is_by_device() {
+            for blade in model.blades() {
+                overlay::blade(&painter, frame, blade.ends.map(Point3::from));
+            }
         }
         self.paint_messages(&painter, rect);
         if let Some(felt) = model.tool() {
@@ -474,10 +518,14 @@ impl App {
     /// The last messages over the picture, whole, in as many lines as they take.
     fn paint_messages(&self, painter: &egui::Painter, rect: egui::Rect) {
         let recent = self.messages.iter().rev().filter(|(when, text)| when.elapsed() < shown_for(text)).take(2);
-        let mut top = rect.top() + 14.0;
+        // Beside the axes in the corner, or where the picture is narrow below them.
+        let beside = rect.width() - 2.0 * AXES_SIZE - 16.0;
+        let is_beside = beside >= NARROWEST_MESSAGE;
+        let width = if is_beside { beside.min(WIDEST_MESSAGE) } else { (rect.width() - 24.0).max(80.0) };
+        let mut top = rect.top() + if is_beside { 14.0 } else { AXES_SIZE };
         for (_, text) in recent {
             let (font, colour) = (FontId::proportional(14.0), Color32::from_rgb(255, 225, 190));
-            let galley = painter.layout(text.clone(), font, colour, (rect.width() - 60.0).clamp(80.0, 720.0));
+            let galley = painter.layout(text.clone(), font, colour, width);
             let left_top = egui::pos2(rect.center().x - 0.5 * galley.size().x, top);
             let back = egui::Rect::from_min_size(left_top, galley.size()).expand2(vec2(8.0, 2.0));
             top = back.bottom() + 4.0;

@@ -7,7 +7,7 @@ mod reference_picture;
 mod renderer;
 mod shaders;
 
-pub use renderer::GlRenderer;
+pub use renderer::{GlRenderer, renderer_name};
 
 use crate::picture::Upload;
 use crate::reference::ReferenceQuad;

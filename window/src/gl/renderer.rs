@@ -11,6 +11,7 @@ use super::reference_picture::ReferencePicture;
 use super::{Channels, Line, PixelArea, Scene, Shading, SurfaceRenderer, Wireframe, matcap, shaders};
 use crate::materials::SurfaceMaterials;
 use crate::picture::Upload;
+use crate::strings;
 use eframe::glow::{self, HasContext};
 use image::RgbaImage;
 use nalgebra::{Matrix4, Vector3};
@@ -37,6 +38,13 @@ pub struct GlRenderer {
     bodies: Vec<BodyBuffers>,
 }
 
+/// What a driver says of itself: the renderer and the version of OpenGL.
+pub fn renderer_name(gl: &glow::Context) -> String {
+    // SAFETY: eframe, or the test, has made the context current on this thread.
+    let [renderer, version] = unsafe { [glow::RENDERER, glow::VERSION].map(|what| gl.get_parameter_string(what)) };
+    strings::renderer(&renderer, &version)
+}
+
 impl GlRenderer {
     /// Prepares programs and buffers.
     ///
@@ -48,7 +56,7 @@ impl GlRenderer {
             let version = gl.version();
             if (version.major, version.minor) < (3, 3) && !version.is_embedded {
                 let found = gl.get_parameter_string(glow::VERSION);
-                return Err(format!("OpenGL {found}; allowed is 3.3 and newer"));
+                return Err(strings::old_context(&found));
             }
             let name = gl.get_parameter_string(glow::RENDERER);
             let surface = program(&gl, shaders::SURFACE_VERTEX, shaders::SURFACE_FRAGMENT)?;
@@ -317,7 +325,7 @@ unsafe fn program(gl: &glow::Context, vertex: &str, fragment: &str) -> Result<gl
             gl.shader_source(shader, text);
             gl.compile_shader(shader);
             if !gl.get_shader_compile_status(shader) {
-                return Err(format!("a program does not compile: {}", gl.get_shader_info_log(shader)));
+                return Err(strings::shader_problem(&gl.get_shader_info_log(shader)));
             }
             gl.attach_shader(program, shader);
             gl.delete_shader(shader);
@@ -326,7 +334,7 @@ unsafe fn program(gl: &glow::Context, vertex: &str, fragment: &str) -> Result<gl
         if gl.get_program_link_status(program) {
             Ok(program)
         } else {
-            Err(format!("a program does not link: {}", gl.get_program_info_log(program)))
+            Err(strings::link_problem(&gl.get_program_info_log(program)))
         }
     }
 }

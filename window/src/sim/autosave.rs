@@ -8,6 +8,7 @@
 use super::export::write_together;
 use super::shape_copy::ShapeCopy;
 use crate::opening::OpenRequest;
+use crate::strings;
 use pliant_editor::{LengthUnit, SOLIDS, SolidPreset, Substance};
 use pliant_engine::session::Session;
 use pliant_mesh::ObjDocument;
@@ -157,9 +158,9 @@ impl Autosave {
     pub(super) fn save(&mut self, session: &Session, cap_material: &str) -> Result<(), String> {
         let before = self.wait();
         self.is_pending = false;
-        let failed = |error: std::io::Error| format!("autosave: {error}");
+        let failed = |error: std::io::Error| strings::autosave_problem(&error);
         let folder = self.folder().map_err(failed)?;
-        let note = serde_json::to_vec_pretty(&self.note).map_err(|error| format!("autosave: {error}"))?;
+        let note = serde_json::to_vec_pretty(&self.note).map_err(|error| strings::autosave_problem(&error))?;
         let write_note = move |folder: &Path| fs::write(folder.join(NOTE), &note).map_err(failed);
         match ShapeCopy::take(session, self.document.as_ref()) {
             Some(copy) => {
@@ -193,7 +194,7 @@ impl Autosave {
 
     /// Waits until what is being written is there; gives what went wrong.
     fn wait(&mut self) -> Result<(), String> {
-        let gone = |_| Err("autosave: its thread ended by an error in the program".to_owned());
+        let gone = |_| Err(strings::AUTOSAVE_FAILED.to_owned());
         self.writing.take().map_or(Ok(()), |thread| thread.join().unwrap_or_else(gone))
     }
 
@@ -203,7 +204,7 @@ impl Autosave {
             return Ok(folder.clone());
         }
         let name = format!("{}-{}", std::process::id(), SESSIONS.fetch_add(1, Ordering::Relaxed));
-        let folder = self.states.as_ref().ok_or_else(|| std::io::Error::other("there is no home folder"))?.join(name);
+        let folder = self.states.as_ref().ok_or_else(|| std::io::Error::other(strings::NO_HOME))?.join(name);
         fs::create_dir_all(&folder)?;
         let lock = File::create(folder.join(LOCK))?;
         // A file system that knows no locks is no reason not to write.

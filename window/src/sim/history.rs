@@ -1,17 +1,30 @@
-//! Names and times of the strokes that the session can take back.
+//! Names and times of what can be taken back: the strokes of the session, and changes of the stiffness, which the session does not remember.
 
-/// A stroke that can be taken back.
+/// Something that can be taken back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
-    /// Name of the tool that made the stroke.
+    /// Name of the tool that made the stroke, or of the change.
     pub name: &'static str,
     /// s, wall-clock time since the model was opened
     pub time: f64,
-    /// Number of the stroke of the pointer; a mirrored one is two strokes of the session.
+    /// Number of the stroke of the pointer, which may be several of the session.
     pub number: u64,
+    /// Of a change of the stiffness: the factor before and after it.
+    pub stiffness: Option<[f64; 2]>,
 }
 
-/// Follows the counts of the session's history and gives them names.
+/// What the session has to do to take something back or to make it again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HistoryStep {
+    /// Undo the last stroke of the session.
+    Undo,
+    /// Redo the stroke of the session that was undone last.
+    Redo,
+    /// Give the bodies this factor of the stiffness they were opened with.
+    Stiffness(f64),
+}
+
+/// Follows the counts of the session's history, and gives names to what is in it.
 #[derive(Clone, Debug, Default)]
 pub struct StrokeLog {
     strokes: Vec<Stroke>,
@@ -26,7 +39,27 @@ impl StrokeLog {
         (self.name, self.number) = (name, self.number + 1);
     }
 
-    /// How many strokes of the session are there without the last stroke of the pointer.
+    /// The stiffness changes from a factor to another at `time` (s). Changes right after each other, as of a slider, are one. What was taken back is gone.
+    pub fn change_stiffness(&mut self, name: &'static str, [before, after]: [f64; 2], time: f64) {
+        if before == after {
+            return;
+        }
+        self.strokes.truncate(self.done);
+        if let Some(Stroke { stiffness: Some([first, last]), time: when, .. }) = self.strokes.last_mut() {
+            (*last, *when) = (after, time);
+            if *first == after {
+                // Back where it was: there is nothing to take back.
+                self.strokes.pop();
+                self.done -= 1;
+            }
+            return;
+        }
+        let number = self.number + 1;
+        self.strokes.push(Stroke { name, time, number, stiffness: Some([before, after]) });
+        (self.number, self.done) = (number, self.strokes.len());
+    }
+
+    /// How many entries are there without the last stroke of the pointer.
     pub fn count_before(&self) -> usize {
         let last = self.done.checked_sub(1).map(|place| self.strokes[place].number);
         self.strokes[..self.done].iter().take_while(|stroke| Some(stroke.number) != last).count()
@@ -39,23 +72,66 @@ impl StrokeLog {
         self.done + again
     }
 
-    /// Takes over the counts of edits that can be taken back and that can be made again, at `time` (s); gives whether they differ from
-    /// the last ones.
+    /// The next step towards `count` entries, which is taken as done; `None` once they are there.
+    pub fn step_to(&mut self, count: usize) -> Option<HistoryStep> {
+        if self.done > count {
+            self.done -= 1;
+            Some(match self.strokes[self.done].stiffness {
+                Some([before, _]) => HistoryStep::Stiffness(before),
+                None => HistoryStep::Undo,
+            })
+        } else if self.done < count.min(self.strokes.len()) {
+            self.done += 1;
+            Some(match self.strokes[self.done - 1].stiffness {
+                Some([_, after]) => HistoryStep::Stiffness(after),
+                None => HistoryStep::Redo,
+            })
+        } else {
+            None
+        }
+    }
+
+    /// Takes over the counts of edits of the session that can be taken back and that can be made again, at `time` (s). Returns whether they
+    /// differ from the last ones.
     pub fn update(&mut self, (done, undone): (usize, usize), time: f64) -> bool {
         let before = (self.done, self.strokes.len());
-        if done > self.done && undone == 0 {
+        let present = self.edits();
+        if done > present && undone == 0 {
             // New strokes; those that were taken back are gone.
             self.strokes.truncate(self.done);
-            self.strokes.resize(done, Stroke { name: self.name, time, number: self.number });
-        } else if done + undone < self.strokes.len() {
+            let stroke = Stroke { name: self.name, time, number: self.number, stiffness: None };
+            self.strokes.extend(std::iter::repeat_n(stroke, done - present));
+            self.done = self.strokes.len();
+        } else if done + undone < self.strokes.iter().filter(|stroke| stroke.stiffness.is_none()).count() {
             // A stroke that has changed nothing, or the oldest of a full history.
-            self.strokes.truncate(done + undone);
+            let mut left = done + undone;
+            self.strokes.retain(|stroke| {
+                let is_kept = stroke.stiffness.is_some() || left > 0;
+                left -= usize::from(stroke.stiffness.is_none() && left > 0);
+                is_kept
+            });
+            self.done = self.place_of(done);
+        } else if done != present {
+            self.done = self.place_of(done);
         }
-        self.done = done.min(self.strokes.len());
         before != (self.done, self.strokes.len())
     }
 
-    /// Strokes that are there, then those taken back.
+    /// The place after so many edits of the session, and after the changes of the stiffness behind them that were there.
+    fn place_of(&self, edits: usize) -> usize {
+        let (mut place, mut left) = (0, edits);
+        for (index, stroke) in self.strokes.iter().enumerate() {
+            match stroke.stiffness {
+                None if left == 0 => break,
+                None => (place, left) = (index + 1, left - 1),
+                Some(_) if index < self.done => place = index + 1,
+                Some(_) => {}
+            }
+        }
+        place
+    }
+
+    /// Entries that are there, then those taken back.
     pub fn strokes(&self) -> &[Stroke] {
         &self.strokes
     }
@@ -64,8 +140,12 @@ impl StrokeLog {
     pub fn done(&self) -> usize {
         self.done
     }
-}
 
+    /// How many of those that are there are edits of the session: what a saved file may lack.
+    pub fn edits(&self) -> usize {
+        self.strokes[..self.done].iter().filter(|stroke| stroke.stiffness.is_none()).count()
+    }
+}
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,5 +180,65 @@ mod tests {
         log.update((4, 0), 6.0);
         log.update((3, 0), 7.0);
         assert_eq!((names(&log), log.done()), (vec!["press", "pull", "grab"], 3));
+    }
+
+    /// Does what a session would do for the steps towards `count` entries: counts of edits, and the stiffness.
+    fn go_to(log: &mut StrokeLog, session: &mut [usize; 2], stiffness: &mut f64, count: usize) {
+        while let Some(step) = log.step_to(count) {
+            match step {
+                HistoryStep::Undo => *session = [session[0] - 1, session[1] + 1],
+                HistoryStep::Redo => *session = [session[0] + 1, session[1] - 1],
+                HistoryStep::Stiffness(factor) => *stiffness = factor,
+            }
+        }
+        assert!(!log.update((session[0], session[1]), 99.0), "the log knew it");
+    }
+
+    /// Random strokes, changes of the stiffness, undo and redo, beside a plain list of states.
+    #[test]
+    fn strokes_and_stiffness_are_taken_back_in_the_order_in_which_they_came() {
+        let mut seed = 7_u64;
+        let mut random = move |bound: u64| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) % bound
+        };
+        let (mut log, mut session, mut stiffness) = (StrokeLog::default(), [0, 0], 1.0);
+        // Edits and stiffness after each entry.
+        let mut states = vec![([0_usize, 0], 1.0)];
+        for round in 0..2000 {
+            match random(4) {
+                0 => {
+                    log.begin("press");
+                    session = [session[0] + 1, 0];
+                    assert!(log.update((session[0], 0), f64::from(round)));
+                    states.truncate(log.done());
+                    states.push((session, stiffness));
+                }
+                1 => {
+                    let wanted = 1.0 + random(5) as f64;
+                    let is_changed = wanted != stiffness;
+                    let last = log.done().checked_sub(1).and_then(|last| log.strokes()[last].stiffness);
+                    let (is_joined, is_back) = (last.is_some(), last.is_some_and(|[first, _]| first == wanted));
+                    log.change_stiffness("stiffness", [stiffness, wanted], f64::from(round));
+                    stiffness = wanted;
+                    if is_changed {
+                        let kept = log.done() + usize::from(is_back);
+                        assert!(is_joined || !is_back);
+                        states.truncate(kept);
+                        if !is_back {
+                            states.push((session, stiffness));
+                        }
+                    }
+                }
+                _ => {
+                    let count = random(log.strokes().len() as u64 + 1) as usize;
+                    go_to(&mut log, &mut session, &mut stiffness, count);
+                    assert_eq!(log.done(), count);
+                }
+            }
+            let (edits, factor) = states[log.done()];
+            assert_eq!((log.edits(), stiffness), (edits[0], factor), "round {round}");
+            assert_eq!(session[0], log.edits());
+        }
     }
 }

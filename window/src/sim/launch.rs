@@ -3,6 +3,7 @@
 //! On Linux a thread takes over the niceness of the one that starts it. A thread that was started before the window became nice starts
 //! those of the simulation, so that they compete with nothing of the window; the threads of a software renderer are as nice as the window.
 
+use crate::strings;
 use std::io;
 use std::sync::OnceLock;
 use std::sync::mpsc::{Sender, channel};
@@ -32,8 +33,8 @@ pub fn prepare() {
 pub(super) fn spawn(work: Box<dyn FnOnce() + Send>) -> io::Result<JoinHandle<()>> {
     let Some(launcher) = LAUNCHER.get() else { return spawn_here(work) };
     let (answer, handle) = channel();
-    let gone = |_| io::Error::other("the thread that starts others has ended");
-    launcher.send((work, answer)).map_err(|_| io::Error::other("the thread that starts others has ended"))?;
+    let gone = |_| io::Error::other(strings::LAUNCHER_ENDED);
+    launcher.send((work, answer)).map_err(|_| io::Error::other(strings::LAUNCHER_ENDED))?;
     handle.recv().map_err(gone)?
 }
 

@@ -5,11 +5,12 @@ use super::history::Stroke;
 use crate::opening::ModelFacts;
 use pliant_editor::DeviceHand;
 use pliant_editor::surface::ViewSurface;
-use pliant_engine::body::Model;
+use pliant_engine::body::{Axes, Model};
 use pliant_engine::edit::Falloff;
 use pliant_engine::session::{SculptLayerState, SessionCommand, StiffnessState, Warning};
 use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::{LiveSummary, PointerHandle, ViewReader};
+use pliant_solver::Vec3;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
@@ -40,6 +41,13 @@ pub enum Command {
         strength: f64,
         /// How it decreases from the centre of the region to its radius.
         falloff: Falloff,
+    },
+    /// Mirror hands along these axes; strokes that begin from now on are mirrored.
+    SetSymmetry {
+        /// Axes (x, y, z) along which hands are mirrored.
+        axes: Axes,
+        /// A point on all mirror planes, m
+        centre: Vec3,
     },
     /// Give all bodies a stiffness; they get there without a jump of the force.
     SetStiffness {
@@ -83,11 +91,11 @@ pub struct OpenModel {
     pub surfaces: Vec<ViewSurface>,
     /// Their models, in the same order.
     pub models: Vec<Arc<Model>>,
-    /// The hand, and the one that can mirror it.
-    pub hands: [PointerHandle; 2],
+    /// The hand of the pointer.
+    pub hand: PointerHandle,
     /// A device that can have the hand, its scale and its name.
     pub device_hand: Option<DeviceHand>,
-    /// Where the hands' devices are in the scene.
+    /// Where the device of the hand is in the scene.
     pub device_frame: DeviceFrame,
     /// s, wall-clock time that opening took
     pub seconds: f64,
@@ -127,6 +135,8 @@ pub struct Status {
     pub strokes: Vec<Stroke>,
     /// How many of them are there.
     pub done: usize,
+    /// How many of those are edits of the shape.
+    pub edits: usize,
     /// The stiffness over that at the opening, and where it goes.
     pub stiffness: StiffnessState,
     /// The sculpt layers, the lowest first.

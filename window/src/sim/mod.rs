@@ -2,6 +2,7 @@
 
 mod autosave;
 mod device_strokes;
+mod early;
 mod export;
 mod gauges;
 mod history;
@@ -13,9 +14,10 @@ mod takeover;
 mod thread;
 
 pub use autosave::{Abandoned, abandoned, state_folder};
+pub use early::EarlySimulation;
 pub use export::{ModelFormat, write_bodies};
 pub use gauges::{Gauges, StepTimes};
-pub use history::{Stroke, StrokeLog};
+pub use history::{HistoryStep, Stroke, StrokeLog};
 pub use launch::prepare;
 pub use messages::{Command, Notice, OpenModel, Status};
 pub use takeover::Predecessor;

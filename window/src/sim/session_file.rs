@@ -4,6 +4,7 @@
 //! as it was opened, for Save may have written over it since, and a scene that takes its hands from the recording, for `pliant run`.
 
 use crate::opening::Opened;
+use crate::strings;
 use pliant_editor::SessionScene;
 use pliant_engine::scene::Source;
 use pliant_engine::session::{Session, SessionCommand};
@@ -60,10 +61,10 @@ impl SessionFile {
     /// # Errors
     /// A sentence on what cannot be written, or why the session could not be recorded.
     pub(super) fn save(&mut self, session: &Session, path: &Path) -> Result<PathBuf, String> {
-        let writer = self.writer.as_mut().map_err(|why| format!("the session was not recorded: {why}"))?;
+        let writer = self.writer.as_mut().map_err(|why| strings::not_recorded(why))?;
         let scene_path = scene_of(path);
         if scene_path.canonicalize().is_ok_and(|path| self.source.path.canonicalize().is_ok_and(|open| open == path)) {
-            return Err(format!("{}: the scene that is open; choose another name", scene_path.display()));
+            return Err(strings::open_scene(&scene_path));
         }
         // The mesh of a scene may be a shape that is gone with the window.
         let with_model = self.is_model || self.mesh.is_some();

@@ -4,7 +4,7 @@ use super::autosave::Autosave;
 use super::device_strokes::{DeviceStrokes, StrokeChange};
 use super::export::{write_bodies, write_together};
 use super::gauges::GaugeWindow;
-use super::history::StrokeLog;
+use super::history::{HistoryStep, StrokeLog};
 use super::messages::{Command, Notice, Notifier, OpenModel, Status};
 use super::session_file::SessionFile;
 use super::takeover::{HandedOver, Handover, Predecessor, TakenOver};
@@ -15,6 +15,7 @@ use pliant_editor::surface::ViewSurface;
 use pliant_engine::session::{CancelToken, EventKind, Session, SessionCommand};
 use pliant_host::Device;
 use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, PointerHandle, ViewWriter, view_buffer};
+use pliant_solver::Vec3;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, PoisonError};
@@ -49,7 +50,7 @@ pub(super) fn run(
     match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
         Ok(Ok(())) => {}
         Ok(Err(text)) => notifier.send(Notice::Failed(text)),
-        Err(_) => notifier.send(Notice::Failed("the simulation ended by an error in the program".into())),
+        Err(_) => notifier.send(Notice::Failed(strings::SIMULATION_FAILED.into())),
     }
 }
 
@@ -69,16 +70,18 @@ fn work(
     session.cancel_when(cancel);
     let (writer, reader) = view_buffer(&session);
     let surfaces = reader.bodies.iter().map(ViewSurface::new).collect();
-    let [slot, _] = &session.devices[..] else { return Err("the scene has not two hands".into()) };
+    // The scene can mirror the hand along all axes; the window says along which.
+    session_file.apply(&mut session, SessionCommand::SetSymmetry { axes: [false; 3], centre: Vec3::zeros() });
+    let [slot] = &session.devices[..] else { return Err(strings::NOT_ONE_HAND.into()) };
     let device_frame = slot.frame;
     let view = Some(writer).filter(|_| viewing);
-    let Started { mut live, hands, device_hand } = start(request, before, &mut session, view, notifier)?;
+    let Started { mut live, hand, device_hand } = start(request, before, &mut session, view, notifier)?;
     let has_device = device_hand.is_some();
     let cap_material = facts.cap_material.clone();
     let seconds = began.elapsed().as_secs_f64();
     let moving = session.bodies.iter().map(|body| &body.model);
     let models = moving.chain(session.standing.iter().map(|(_, model)| model)).map(Arc::clone).collect();
-    let opened = OpenModel { facts, reader, surfaces, models, hands, device_hand, device_frame, seconds };
+    let opened = OpenModel { facts, reader, surfaces, models, hand, device_hand, device_frame, seconds };
     notifier.send(Notice::Opened(Box::new(opened)));
     let mut device_strokes = has_device.then(DeviceStrokes::new);
     let mut log = StrokeLog::default();
@@ -127,21 +130,32 @@ fn work(
                 }
                 Command::Undo => {
                     changed |= log.update(session.history(), now);
-                    jump_to(&mut session, &mut session_file, log.count_before());
+                    changed |= go_to(&mut session, &mut session_file, &mut log, log.count_before());
                 }
                 Command::Redo => {
                     changed |= log.update(session.history(), now);
-                    jump_to(&mut session, &mut session_file, log.count_after());
+                    changed |= go_to(&mut session, &mut session_file, &mut log, log.count_after());
                 }
-                Command::JumpTo(count) => jump_to(&mut session, &mut session_file, count),
+                Command::JumpTo(count) => {
+                    changed |= log.update(session.history(), now);
+                    changed |= go_to(&mut session, &mut session_file, &mut log, count);
+                }
                 Command::ResizeTool { radius, coupling } => {
                     session_file.apply(&mut session, SessionCommand::ResizeTools { radius, coupling });
                 }
                 Command::SetBrush { strength, falloff } => {
                     session_file.apply(&mut session, SessionCommand::SetBrush { strength, falloff });
                 }
+                Command::SetSymmetry { axes, centre } => {
+                    session_file.apply(&mut session, SessionCommand::SetSymmetry { axes, centre });
+                }
                 Command::SetStiffness { factor } => {
-                    session_file.apply(&mut session, SessionCommand::SetStiffness { factor });
+                    changed |= log.update(session.history(), now);
+                    let before = session.stiffness().wanted;
+                    if session_file.apply(&mut session, SessionCommand::SetStiffness { factor }) {
+                        log.change_stiffness(strings::HISTORY_STIFFNESS, [before, session.stiffness().wanted], now);
+                        reported = f64::NEG_INFINITY;
+                    }
                 }
                 Command::ChangeLayers(command) => {
                     changed |= log.update(session.history(), now);
@@ -205,6 +219,7 @@ fn work(
                 gauges: gauges.gauges(),
                 strokes,
                 done: log.done(),
+                edits: log.edits(),
                 stiffness: session.stiffness(),
                 layers: session.sculpt_layers(),
                 warnings: warnings.clone(),
@@ -216,14 +231,14 @@ fn work(
             told = session.events.told().len();
         }
     }
-    Err("the haptic thread has ended".into())
+    Err(strings::HAPTIC_THREAD_ENDED.into())
 }
 
 /// A session that has begun in real time.
 struct Started {
     live: LiveSession,
-    /// The hand, and the one that can mirror it.
-    hands: [PointerHandle; 2],
+    /// The hand of the pointer.
+    hand: PointerHandle,
     device_hand: Option<DeviceHand>,
 }
 
@@ -236,20 +251,20 @@ fn start(
     notifier: &Notifier,
 ) -> Result<Started, String> {
     if let Some(before) = before {
-        if let Some(TakenOver { live, hands, device_hand }) = before.hand_over(session, view.take()) {
-            return Ok(Started { live, hands, device_hand: Some(device_hand) });
+        if let Some(TakenOver { live, hand, device_hand }) = before.hand_over(session, view.take()) {
+            return Ok(Started { live, hand, device_hand: Some(device_hand) });
         }
     }
-    let [slot, mirror] = &session.devices[..] else { return Err("the scene has not two hands".into()) };
-    let ((device, hand), (other, mirrored)) = (PointerDevice::new(slot.facts), PointerDevice::new(mirror.facts));
+    let [slot] = &session.devices[..] else { return Err(strings::NOT_ONE_HAND.into()) };
+    let (device, hand) = PointerDevice::new(slot.facts);
     // Last: an arm that is open is served from here on.
     let real =
         request.device.as_ref().map(|device| request.search().and_then(|search| device.open(&search, session.dt())));
     let (device, device_hand) = give_device(device, real, session, request, notifier);
-    let devices: Vec<Box<dyn HapticDevice>> = vec![device, Box::new(other)];
+    let devices: Vec<Box<dyn HapticDevice>> = vec![device];
     let live = LiveSession::start_with_devices(session, devices, LiveSettings { rate: None, view })
-        .map_err(|error| format!("the live session cannot start: {error}"))?;
-    Ok(Started { live, hands: [hand, mirrored], device_hand })
+        .map_err(|error| strings::not_live(&error))?;
+    Ok(Started { live, hand, device_hand })
 }
 
 /// The device of the hand: the pointer, or with `real` a device that can have the hand in its place.
@@ -293,14 +308,29 @@ fn layer_change(command: &SessionCommand) -> &'static str {
         | SessionCommand::ResizeTools { .. }
         | SessionCommand::SplitBody { .. }
         | SessionCommand::SetBrush { .. }
+        | SessionCommand::SetSymmetry { .. }
         | SessionCommand::SetStiffness { .. } => "",
     }
 }
 
-/// Takes back or makes again until `count` strokes are there.
-fn jump_to(session: &mut Session, session_file: &mut SessionFile, count: usize) {
-    while session.history().0 > count && session_file.apply(session, SessionCommand::Undo) {}
-    while session.history().0 < count && session_file.apply(session, SessionCommand::Redo) {}
+/// Takes back or makes again until `count` entries of the history are there. Returns whether anything has changed.
+fn go_to(session: &mut Session, session_file: &mut SessionFile, log: &mut StrokeLog, count: usize) -> bool {
+    let mut has_changed = false;
+    while let Some(step) = log.step_to(count) {
+        has_changed = true;
+        match step {
+            HistoryStep::Undo => {
+                while session.history().0 > log.edits() && session_file.apply(session, SessionCommand::Undo) {}
+            }
+            HistoryStep::Redo => {
+                while session.history().0 < log.edits() && session_file.apply(session, SessionCommand::Redo) {}
+            }
+            HistoryStep::Stiffness(factor) => {
+                session_file.apply(session, SessionCommand::SetStiffness { factor });
+            }
+        }
+    }
+    has_changed
 }
 
 /// Writes the recording of the session, and its scene and model beside it.

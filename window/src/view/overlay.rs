@@ -1,6 +1,7 @@
 //! What is drawn over the picture: the ring of the tool, the force on the hand, a scale bar.
 
 use super::Camera;
+use crate::strings;
 use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2};
 use nalgebra::{Point3, Vector3};
 use pliant_editor::format_length;
@@ -66,6 +67,27 @@ pub fn ring(
     }
 }
 
+/// Points of the screen of a dot where a tool touches without a share of the force, and more with all of it.
+const DOT: [f32; 2] = [1.8, 1.8];
+
+/// Dots where tools touch (m), larger with a larger share of the force.
+pub fn contact_points(painter: &Painter, frame: Frame<'_>, contacts: impl Iterator<Item = (Point3<f64>, f64)>) {
+    for (place, share) in contacts {
+        let Some(at) = frame.to_screen(&place) else { continue };
+        let radius = DOT[0] + DOT[1] * share.clamp(0.0, 1.0) as f32;
+        painter.circle_filled(at, radius + 1.2, Color32::from_black_alpha(150));
+        painter.circle_filled(at, radius, Color32::from_rgb(255, 235, 190));
+    }
+}
+
+/// The edge of a blade (m), its end in the hand marked.
+pub fn blade(painter: &Painter, frame: Frame<'_>, ends: [Point3<f64>; 2]) {
+    let [Some(hand), Some(heel)] = ends.map(|end| frame.to_screen(&end)) else { return };
+    painter.line_segment([hand, heel], Stroke::new(4.5, Color32::from_black_alpha(130)));
+    painter.line_segment([hand, heel], Stroke::new(2.2, Color32::from_rgb(225, 230, 235)));
+    painter.circle_filled(hand, 3.0, Color32::from_rgb(255, 110, 90));
+}
+
 /// Points of the screen that the arrow of an endless force would have.
 const LONGEST_ARROW: f32 = 170.0;
 /// Points of the screen below which an arrow is not drawn.
@@ -116,15 +138,15 @@ pub fn force_arrow(painter: &Painter, frame: Frame<'_>, hand: Point3<f64>, force
 /// A force for people: three digits, in the unit that reads best.
 pub fn format_force(newtons: f64) -> String {
     if newtons >= 99.5 {
-        format!("{newtons:.0} N")
+        strings::newtons(newtons, 0)
     } else if newtons >= 9.95 {
-        format!("{newtons:.1} N")
+        strings::newtons(newtons, 1)
     } else if newtons >= 0.0995 || newtons == 0.0 {
-        format!("{newtons:.2} N")
+        strings::newtons(newtons, 2)
     } else if newtons >= 0.995e-4 {
-        format!("{:.1} mN", newtons * 1e3)
+        strings::millinewtons(newtons)
     } else {
-        format!("{:.1} \u{b5}N", newtons * 1e6)
+        strings::micronewtons(newtons)
     }
 }
 

@@ -30,12 +30,17 @@ pub fn arguments(path: &Path) -> Arguments {
 
 /// A window that was called with these arguments.
 pub fn window_with(arguments: Arguments) -> Harness<'static, App> {
+    window_scaled(arguments, egui::vec2(1200.0, 800.0), 1.0)
+}
+
+/// The same with a size (points), and pixels of a point.
+pub fn window_scaled(arguments: Arguments, size: egui::Vec2, pixels_per_point: f32) -> Harness<'static, App> {
     let build = move |creation: &mut eframe::CreationContext<'_>| {
         let mut app = App::new(creation.egui_ctx.clone(), None, EventLog::none());
-        app.begin(&arguments);
+        app.begin(&arguments, None);
         app
     };
-    Harness::builder().with_size(egui::vec2(1200.0, 800.0)).build_eframe(build)
+    Harness::builder().with_size(size).with_pixels_per_point(pixels_per_point).build_eframe(build)
 }
 
 /// Shows frames until something is so.

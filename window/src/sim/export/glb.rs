@@ -1,5 +1,6 @@
 //! Binary glTF 2.0: one file with all bodies that move, their materials and textures. Lengths are in metres.
 
+use crate::strings;
 use gltf::binary::{Glb, Header};
 use gltf::json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf::json::buffer::{Target, View};
@@ -52,8 +53,7 @@ pub(super) fn write_glb(
     let text = serialize::to_string(&file.root).map_err(io::Error::other)?;
     // Header, head of each chunk, and both chunks filled up to four bytes.
     let length = 12 + 8 + text.len().next_multiple_of(4) + 8 + file.bytes.len();
-    let too_long =
-        || io::Error::other(format!("{}: {length} bytes; allowed is 4 GiB, the most a GLB has", path.display()));
+    let too_long = || io::Error::other(strings::glb_too_large(path, length as u64));
     let length = u32::try_from(length).map_err(|_| too_long())?;
     let header = Header { magic: *b"glTF", version: 2, length };
     let glb = Glb { header, json: Cow::Owned(text.into_bytes()), bin: Some(Cow::Owned(file.bytes)) };
@@ -188,7 +188,7 @@ impl GlbFile {
             let added = match self.texture(path) {
                 Ok(texture) => Some(texture),
                 Err(why) => {
-                    self.problems.push(format!("texture {}: {why}", path.display()));
+                    self.problems.push(strings::texture_problem(path, &why));
                     None
                 }
             };
@@ -221,7 +221,7 @@ impl GlbFile {
         let kind = match image::guess_format(&bytes) {
             Ok(image::ImageFormat::Png) => "image/png",
             Ok(image::ImageFormat::Jpeg) => "image/jpeg",
-            _ => return Err("neither PNG nor JPEG; allowed are these two".into()),
+            _ => return Err(strings::NO_IMAGE.into()),
         };
         let view = self.view(&bytes, None);
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
