@@ -551,10 +551,11 @@ fn a_click_on_a_face_of_the_cube_looks_from_there() {
     let picture = harness.get_by_label(strings::PICTURE_OF_MODEL).rect();
     // Where the axes are, in the upper right corner.
     let centre = picture.right_top() + egui::vec2(-56.0, 56.0);
-    let turn = |harness: &mut Harness<'_, App>| {
+    let turn = |harness: &mut Harness<'_, App>, round: usize| {
+        let side = if round % 2 == 0 { 9.0 } else { -9.0 };
         harness.hover_at(MIDDLE);
         for step in 0..8 {
-            let at = MIDDLE + egui::vec2(13.0, 4.0) * step as f32;
+            let at = MIDDLE + egui::vec2(13.0 + 4.0 * round as f32, side) * step as f32;
             harness.event(egui::Event::PointerMoved(at));
             let (pressed, button) = (step < 7, PointerButton::Middle);
             if step == 0 || !pressed {
@@ -565,9 +566,9 @@ fn a_click_on_a_face_of_the_cube_looks_from_there() {
     };
     let mut seen = std::collections::BTreeSet::new();
     for round in 0..12 {
-        turn(&mut harness);
+        turn(&mut harness, round);
         let faces = visible_faces(harness.state().camera().axes(), 15.0);
-        let face = faces[round % faces.len()];
+        let face = faces[(round / 2) % faces.len()];
         let middle = face.corners.iter().fold(egui::Vec2::ZERO, |sum, corner| sum + *corner) / 4.0;
         harness.hover_at(centre + middle);
         harness.step();

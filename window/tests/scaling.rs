@@ -33,7 +33,7 @@ const CONTROLS: [Role; 9] = [
 /// Controls by role, name and which of those that are called so.
 fn controls(harness: &Harness<'_, App>) -> Vec<(Role, String, usize)> {
     let mut found: Vec<(Role, String, usize)> = Vec::new();
-    for node in harness.query_all_by(|node| CONTROLS.contains(&node.accesskit_node().role())) {
+    for node in harness.query_all_by(|node| CONTROLS.contains(&node.role())) {
         let node = node.accesskit_node();
         let (role, name) = (node.role(), node.label().unwrap_or_default());
         let same = found.iter().filter(|(other, named, _)| *other == role && *named == name).count();
@@ -43,11 +43,8 @@ fn controls(harness: &Harness<'_, App>) -> Vec<(Role, String, usize)> {
 }
 
 fn rect_of(harness: &Harness<'_, App>, (role, name, place): &(Role, String, usize)) -> Option<Rect> {
-    let matches = |node: &egui_kittest::Node<'_>| {
-        let node = node.accesskit_node();
-        node.role() == *role && node.label().unwrap_or_default() == *name
-    };
-    harness.query_all_by(matches).nth(*place).map(|node| node.rect())
+    let mut all = harness.query_all_by(|node| node.role() == *role && node.label().unwrap_or_default() == *name);
+    all.nth(*place).map(|node| node.rect())
 }
 
 fn picture(harness: &Harness<'_, App>) -> Rect {
@@ -78,13 +75,13 @@ fn every_control_is_on_screen_or_can_be_scrolled_there() {
         counts.push(all.len());
         for control in &all {
             let (role, name, place) = control;
-            let matches = |node: &egui_kittest::Node<'_>| {
-                let node = node.accesskit_node();
-                node.role() == *role && node.label().unwrap_or_default() == *name
-            };
-            let Some(node) = harness.query_all_by(matches).nth(*place) else { continue };
-            if !screen.contains_rect(node.rect()) {
+            let mut all =
+                harness.query_all_by(|node| node.role() == *role && node.label().unwrap_or_default() == *name);
+            let Some(node) = all.nth(*place) else { continue };
+            let lies_over = shown.intersects(node.rect()) && !shown.contains_rect(node.rect());
+            if !screen.contains_rect(node.rect()) || lies_over {
                 node.scroll_to_me();
+                drop(all);
                 harness.run_steps(12);
             }
             let rect = rect_of(&harness, control).expect("it is still there");

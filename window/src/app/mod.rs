@@ -22,6 +22,7 @@ pub use timings::{Latency, PointerLatency, START_STAGES, SeenHand, StartStage, S
 use crate::arguments::Arguments;
 use crate::gl::{Line, Shading, Stereo, SurfaceRenderer, Wireframe};
 use crate::opening::OpenRequest;
+use crate::picture::Upload;
 use crate::recent::recent_files;
 use crate::sim::{
     Abandoned, Command, EarlySimulation, ModelFormat, Notice, Simulation, Status, abandoned, state_folder,
@@ -47,6 +48,17 @@ use tempfile::TempDir;
 
 /// A renderer that a picture's callback can use.
 pub type SharedRenderer = Arc<Mutex<dyn SurfaceRenderer + Send>>;
+
+/// What the renderer is still to be given.
+#[derive(Default)]
+struct PendingUploads {
+    /// Whether it has the bodies of another model.
+    is_new_model: bool,
+    uploads: Vec<Upload>,
+    reference: Option<Arc<image::RgbaImage>>,
+    /// Whether a picture of a model was painted since this was asked last.
+    was_painted: bool,
+}
 
 /// How the model is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,6 +100,7 @@ const STIFFNESS_FACTORS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 pub struct App {
     context: egui::Context,
     renderer: Option<SharedRenderer>,
+    pending: Arc<Mutex<PendingUploads>>,
     log: EventLog,
     request: OpenRequest,
     simulation: Option<Simulation>,
@@ -158,6 +171,7 @@ impl App {
         Self {
             context,
             renderer,
+            pending: Arc::default(),
             log,
             request: OpenRequest::new(PathBuf::new()),
             simulation: None,
@@ -531,6 +545,10 @@ impl App {
     /// The picture of the frame before is on screen. Where that is a stage of the start, the frame after it comes at once, for its time to be known.
     fn note_painted(&mut self) {
         let Some(stage) = self.painted.take().filter(|_| self.renderer.is_some()) else { return };
+        let was_painted = self.pending.lock().is_ok_and(|mut pending| std::mem::take(&mut pending.was_painted));
+        if stage == StartStage::ModelShown && !was_painted {
+            return; // egui has thrown the frame away
+        }
         if !self.start.reach(stage) {
             return;
         }

@@ -77,7 +77,7 @@ impl App {
             for (is_on, axis) in self.settings.symmetry.iter_mut().zip(strings::AXES) {
                 let name = strings::mirror_along(axis);
                 let response = ui.toggle_value(is_on, axis).on_hover_text(&name);
-                let role = egui::WidgetType::SelectableLabel;
+                let role = egui::Role::Button;
                 response.widget_info(|| egui::WidgetInfo::selected(role, true, *is_on, &name));
             }
         });

@@ -52,7 +52,7 @@ impl StartTimes {
 }
 
 /// What a person waits for at the pointer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Awaited {
     /// The hand, which was at rest here (m), leaves.
     Motion { from: Vector3<f64> },

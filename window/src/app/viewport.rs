@@ -357,21 +357,29 @@ impl App {
             lines,
             reference,
         };
-        // Uploads are made once, even if the picture is painted again.
-        let uploads =
-            std::sync::Mutex::new((std::mem::take(&mut model.is_new), std::mem::take(&mut model.uploads), picture));
+        // They wait until a picture is painted: egui may throw a frame away, as it does with the first one.
+        if let Ok(mut pending) = self.pending.lock() {
+            if std::mem::take(&mut model.is_new) {
+                pending.uploads.clear();
+                pending.is_new_model = true;
+            }
+            pending.uploads.append(&mut model.uploads);
+            pending.reference = picture.or(pending.reference.take());
+        }
+        let pending = Arc::clone(&self.pending);
         let (renderer, times) = (Arc::clone(renderer), Arc::clone(&self.times.drawn));
         let problem = self.reference.problem();
         let paint = move |info: egui::PaintCallbackInfo, _: &egui_glow::Painter| {
-            let (Ok(mut renderer), Ok(mut uploads)) = (renderer.lock(), uploads.lock()) else { return };
+            let (Ok(mut renderer), Ok(mut pending)) = (renderer.lock(), pending.lock()) else { return };
             let began = Instant::now();
-            if std::mem::take(&mut uploads.0) {
+            pending.was_painted = true;
+            if std::mem::take(&mut pending.is_new_model) {
                 renderer.clear();
             }
-            for upload in uploads.1.drain(..) {
+            for upload in pending.uploads.drain(..) {
                 renderer.upload(&upload);
             }
-            if let Some(picture) = uploads.2.take() {
+            if let Some(picture) = pending.reference.take() {
                 let refused = renderer.upload_reference(&picture).err();
                 if let Ok(mut problem) = problem.lock() {
                     *problem = refused;
@@ -441,7 +449,7 @@ impl App {
     /// A cube around a place of the screen: a click on a face looks from there.
     fn view_cube(&mut self, ui: &egui::Ui, centre: egui::Pos2) {
         let faces = visible_faces(self.camera.axes(), CUBE_HALF);
-        let id = ui.scope_id().with("view cube");
+        let id = ui.scope_id().with("cube");
         let area = egui::Rect::from_center_size(centre, egui::Vec2::splat(3.4 * CUBE_HALF));
         let pointer = ui.input(|input| input.pointer.latest_pos()).filter(|at| area.contains(*at));
         let under = pointer.and_then(|at| faces.iter().position(|face| face.contains(at - centre)));

@@ -130,11 +130,13 @@ fn work(
                 }
                 Command::Undo => {
                     changed |= log.update(session.history(), now);
-                    changed |= go_to(&mut session, &mut session_file, &mut log, log.count_before());
+                    let count = log.count_before();
+                    changed |= go_to(&mut session, &mut session_file, &mut log, count);
                 }
                 Command::Redo => {
                     changed |= log.update(session.history(), now);
-                    changed |= go_to(&mut session, &mut session_file, &mut log, log.count_after());
+                    let count = log.count_after();
+                    changed |= go_to(&mut session, &mut session_file, &mut log, count);
                 }
                 Command::JumpTo(count) => {
                     changed |= log.update(session.history(), now);
@@ -224,7 +226,7 @@ fn work(
                 layers: session.sculpt_layers(),
                 warnings: warnings.clone(),
             });
-            let news = session.events.told().iter().skip(told).filter(|(kind, _)| is_news(*kind));
+            let news = session.events.told().iter().skip(told).filter(|(kind, _)| is_news(*kind, has_device));
             for (_, event) in news {
                 notifier.send(Notice::Message(event.text.clone()));
             }
@@ -289,9 +291,13 @@ fn give_device(
 }
 
 /// Whether people should hear of it. A pointer jumps and leaves as a hand does not, what is taken back is in the history, and substeps are in the times
-/// of the gauges.
-fn is_news(kind: EventKind) -> bool {
-    !matches!(kind, EventKind::SpeedLimit | EventKind::SampleDropped | EventKind::History | EventKind::Substeps)
+/// of the gauges. What keeps the force on a device safe is news where there is a device.
+fn is_news(kind: EventKind, has_device: bool) -> bool {
+    match kind {
+        EventKind::SpeedLimit | EventKind::SampleDropped | EventKind::History | EventKind::Substeps => false,
+        EventKind::ForceSafety => has_device,
+        _ => true,
+    }
 }
 
 /// What a change of the sculpt layers is called in the history.

@@ -2,7 +2,7 @@
 
 use super::Camera;
 use crate::strings;
-use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2};
+use eframe::egui::{Align, Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2};
 use nalgebra::{Point3, Vector3};
 use pliant_editor::format_length;
 
@@ -90,6 +90,8 @@ pub fn blade(painter: &Painter, frame: Frame<'_>, ends: [Point3<f64>; 2]) {
 
 /// Points of the screen that the arrow of an endless force would have.
 const LONGEST_ARROW: f32 = 170.0;
+/// Points of the screen between the tip of an arrow and its number.
+const LABEL_GAP: f32 = 10.0;
 /// Points of the screen below which an arrow is not drawn.
 const SHORTEST_ARROW: f32 = 2.0;
 
@@ -101,18 +103,23 @@ pub fn force_arrow(painter: &Painter, frame: Frame<'_>, hand: Point3<f64>, force
     let ahead = hand + force * (0.2 * frame.camera.distance / size.max(1e-12));
     let Some(towards) = frame.to_screen(&ahead) else { return };
     let colour = Color32::from_rgb(255, 170, 40);
-    let label = |at: Pos2| {
+    // Beyond the tip, so that the number lies beside the arrow whatever way that points.
+    let label = |tip: Pos2, direction: Vec2| {
         let text = format_force(size);
-        let place = at + vec2(12.0, -12.0);
+        let place = tip + direction * LABEL_GAP;
+        let side = |along: f32| {
+            if along < -0.4 {
+                Align::Max
+            } else if along > 0.4 {
+                Align::Min
+            } else {
+                Align::Center
+            }
+        };
+        let anchor = Align2([side(direction.x), side(direction.y)]);
         let font = FontId::proportional(16.0);
-        painter.text(
-            place + Vec2::splat(1.0),
-            Align2::LEFT_BOTTOM,
-            &text,
-            font.clone(),
-            Color32::from_black_alpha(200),
-        );
-        painter.text(place, Align2::LEFT_BOTTOM, &text, font, colour);
+        painter.text(place + Vec2::splat(1.0), anchor, &text, font.clone(), Color32::from_black_alpha(200));
+        painter.text(place, anchor, &text, font, colour);
     };
     if size <= 0.0 || length < SHORTEST_ARROW {
         return;
@@ -132,7 +139,7 @@ pub fn force_arrow(painter: &Painter, frame: Frame<'_>, hand: Point3<f64>, force
         }
     }
     painter.circle_filled(at, 5.0, colour);
-    label(tip);
+    label(tip, direction);
 }
 
 /// A force for people: three digits, in the unit that reads best.
