@@ -239,7 +239,8 @@ fn open_press_grab_cut_undo_redo_save_reopen() {
     let grabbed = window.save(&display, &model);
     assert_eq!(vertices(&grabbed), vertices(&original), "a grab moves vertices");
     let [right, left] = [1.0, -1.0].map(|side| farthest(&pressed, &grabbed, side));
-    assert!(right > 5e-3 && (right / left - 1.0).abs() < 1e-3, "both sides are drawn out: {right} m, {left} m");
+    // Nearly as far: the press before was on one side.
+    assert!(right > 5e-3 && (right / left - 1.0).abs() < 0.02, "both sides are drawn out: {right} m, {left} m");
 
     display.key("3");
     display.stroke([x, y - 320], [x, y + 320], 60);
