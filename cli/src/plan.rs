@@ -7,7 +7,7 @@ use crate::output::{format_seconds, print, print_json};
 use crate::scene_session::{OpenedScene, open_scene};
 use crate::stop::end_on_stop;
 use pliant_engine::memory::format_bytes;
-use pliant_engine::session::{Choices, ObstacleSummary, Session};
+use pliant_engine::session::{Choices, EditCost, ObstacleSummary, Session};
 use pliant_record::PlanReport;
 use std::time::Instant;
 
@@ -70,6 +70,7 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
             cost.elements
         ));
     }
+    lines.extend(report.edit_cost.iter().map(edit_text));
     lines.push(format!("threads: {}; memory: at most about {}", choices.threads, format_bytes(report.memory)));
     lines.push("opened:".into());
     for l in &report.loaded {
@@ -85,6 +86,22 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
         lines.extend(told.iter().map(|(_, e)| format!("  {}", e.text)));
     }
     lines.join("\n")
+}
+
+/// An edit and what a step of it costs.
+fn edit_text(cost: &EditCost) -> String {
+    let EditCost { edit, tool, body, radius, nodes, elements, seconds, changes_every } = cost;
+    let region = radius.map_or_else(|| "the whole".to_owned(), |radius| format!("within {:.1} mm", 1e3 * radius));
+    let anew = changes_every.map_or_else(String::new, |every| {
+        format!(
+            "; where it changes the body, at most every {}, the rest data of these elements are made anew",
+            format_seconds(every)
+        )
+    });
+    format!(
+        "a step of `{edit}` with tool `{tool}` on body `{body}`: about {} for {nodes} nodes and {elements} elements ({region}){anew}",
+        format_seconds(*seconds)
+    )
 }
 
 /// An obstacle and what it costs.

@@ -3,7 +3,7 @@
 use crate::summary::{BodySummary, summarize_bodies};
 use pliant_engine::memory::BodyMemory;
 use pliant_engine::plan::LeftOut;
-use pliant_engine::session::{Choices, Loaded, ObstacleSummary, Session, StepCost, Warning};
+use pliant_engine::session::{Choices, EditCost, Loaded, ObstacleSummary, Session, StepCost, Warning};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -32,6 +32,8 @@ pub struct PlanReport {
     pub open_seconds: f64,
     /// Cost of a step of each body under a tool, measured when the scene was opened.
     pub step_cost: Vec<StepCost>,
+    /// Cost of a step of each body under each edit of the scene.
+    pub edit_cost: Vec<EditCost>,
     /// Settings without the expected effect, as far as they are known after opening.
     pub warnings: Vec<Warning>,
 }
@@ -51,6 +53,7 @@ impl PlanReport {
             memory_of_bodies: session.memory_of_bodies().to_vec(),
             open_seconds: opening.as_secs_f64(),
             step_cost: session.step_costs().to_vec(),
+            edit_cost: session.edit_costs().to_vec(),
             warnings: session.warnings(),
         }
     }

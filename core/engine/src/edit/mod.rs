@@ -29,6 +29,7 @@ pub use brush::{Brush, BrushShape, Falloff};
 pub use cut::{BladeEdge, CutStep};
 pub(crate) use grip::GRIP_REACH;
 pub use key::{DEFAULT_RADIUS, Key, KeyName, Strength};
+pub(crate) use touch_stroke::INTERVAL as CHANGE_INTERVAL;
 
 use crate::body::{Body, EmbeddedPoint, LatticeError};
 use crate::plan::Edit;

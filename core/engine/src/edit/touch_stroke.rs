@@ -7,7 +7,7 @@ use crate::body::{EmbeddedPoint, LatticeError};
 use crate::tool::Tool;
 
 /// Time between two changes of a body, s: each one computes the rest data of every active element again.
-const INTERVAL: f64 = 8e-3;
+pub(crate) const INTERVAL: f64 = 8e-3;
 
 /// A touch in progress, and the time since it last changed a body.
 pub(super) struct TouchStroke {

@@ -1,5 +1,6 @@
 //! Choice of integrator, substeps and preconditioner for the bodies of a scene, from their frequencies.
 
+use super::edit_costs::RegionSize;
 use super::shared::{Measured, SharedParts};
 use super::{EventKind, PreconditionerChosen, Session, SessionError, StepCost};
 use crate::body::Samples;
@@ -57,13 +58,17 @@ impl Session {
     /// body), except for bodies that are simulated as a whole.
     pub(super) fn measure(&mut self, shared: &SharedParts, keys: &[String]) -> Result<(), SessionError> {
         let coupling = self.tools.iter().map(|slot| slot.tool.coupling.stiffness).fold(0.0, f64::max);
-        for (body, key) in self.bodies.iter_mut().zip(keys) {
+        let radii: Vec<Vec<f64>> = self.bodies.iter().map(|body| self.edit_regions(body)).collect();
+        let mut regions = Vec::new();
+        for ((body, key), radii) in self.bodies.iter_mut().zip(keys).zip(&radii) {
             let measured = if body.discretization.is_whole() {
-                measure_body(body, &self.workers.all, self.clock.dt)?
+                measure_body(body, &self.workers.all, self.clock.dt, radii)?
             } else {
-                shared.measured(|| key.clone(), || measure_body(body, &self.workers.all, self.clock.dt))?
+                let key = || format!("{key} {radii:?}");
+                shared.measured(key, || measure_body(body, &self.workers.all, self.clock.dt, radii))?
             };
-            let Measured { frequencies: mut found, mass, nodes, elements, seconds } = measured;
+            let Measured { frequencies: mut found, mass, nodes, elements, seconds, regions: of_edits } = measured;
+            regions.push(of_edits);
             // Measured at one place, and where a parameter differs another may be as much stiffer, or lighter.
             if let Some(fields) =
                 body.discretization.lattice().filter(|l| !l.is_whole()).and_then(|l| l.fields.as_ref())
@@ -86,6 +91,7 @@ impl Session {
             self.limits.frequencies.push(found);
             self.limits.costs.push(StepCost { body: body.name.clone(), nodes, elements, seconds });
         }
+        self.estimate_edits(&regions);
         Ok(())
     }
 
@@ -161,6 +167,7 @@ impl Session {
         self.choices.certain_step_limit = certain;
         self.choices.substeps = substeps;
         self.limits.costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
+        self.limits.edit_costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
         Ok(())
     }
 
@@ -256,7 +263,7 @@ impl Session {
 }
 
 /// Computes the frequencies of a body: of the whole body, or of the cells around one of its points, which are deactivated again.
-fn measure_body(body: &mut Body, pool: &Pool, dt: f64) -> Result<Measured, SessionError> {
+fn measure_body(body: &mut Body, pool: &Pool, dt: f64, regions: &[f64]) -> Result<Measured, SessionError> {
     let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
     let radius = body.discretization.radius();
     let centre = body.model.surface.points[body.model.surface.triangles[0][0] as usize];
@@ -277,12 +284,18 @@ fn measure_body(body: &mut Body, pool: &Pool, dt: f64) -> Result<Measured, Sessi
     system.forces(pool, None, StepTime { start: 0.0, dt }, &mut force)?;
     let seconds = pass.elapsed().as_secs_f64();
     let (nodes, elements) = (system.nodes.len(), system.elements());
+    let mut sizes = Vec::new();
     if !discretization.is_whole() {
         let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
         if let Some(lattice) = discretization.lattice_mut().filter(|_| fibres.is_some()) {
             lattice.replace_fibres(fibres);
         }
+        for &radius in regions {
+            let ball = Ball { centre: centre.into(), radius };
+            discretization.follow(&[ball], model, held, skin, system).map_err(of_body)?;
+            sizes.push(RegionSize { radius, nodes: system.nodes.len(), elements: system.elements() });
+        }
         discretization.follow(&[], model, fixings, skin, system).map_err(of_body)?;
     }
-    Ok(Measured { frequencies, mass, nodes, elements, seconds })
+    Ok(Measured { frequencies, mass, nodes, elements, seconds, regions: sizes })
 }

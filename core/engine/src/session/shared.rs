@@ -4,6 +4,7 @@
 //! is kept) copies it. A grid serves one caller at a time, so grids are pooled: a session takes an idle one and returns it when it ends. The
 //! least recently used parts are dropped, so memory is bounded.
 
+use super::edit_costs::RegionSize;
 use crate::body::{GridPool, Model, PooledGrid, Samples};
 use pliant_host::Grid;
 use pliant_mesh::geometry::TriangleTree;
@@ -26,7 +27,7 @@ pub(super) struct SharedModel {
 static NUMBERS: AtomicU64 = AtomicU64::new(0);
 
 /// Frequencies and cost of a body, with a local region around one of its points.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Measured {
     pub(super) frequencies: Frequencies,
     /// Largest mass of a node, kg.
@@ -36,6 +37,8 @@ pub(super) struct Measured {
     pub(super) elements: usize,
     /// Time of one evaluation of the forces, s.
     pub(super) seconds: f64,
+    /// Sizes of the regions that edits of the scene simulate.
+    pub(super) regions: Vec<RegionSize>,
 }
 
 /// A cache shared by sessions. [`SharedParts::default`] caches nothing.

@@ -1,6 +1,6 @@
 //! Step limits of the bodies of a session, and the number of substeps that keeps them.
 
-use super::StepCost;
+use super::{EditCost, StepCost};
 use crate::scene::TimeScene;
 use pliant_solver::{Frequencies, Scheme, StepLimit};
 
@@ -14,6 +14,8 @@ pub(super) struct StepLimits {
     pub(super) planned: Vec<Frequencies>,
     /// Cost of a step of each body with a tool.
     pub(super) costs: Vec<StepCost>,
+    /// Cost of a step of each body under each edit of the scene.
+    pub(super) edit_costs: Vec<EditCost>,
     /// Largest number of substeps in a step.
     pub(super) max_substeps: usize,
     /// Whether steps over the limit are allowed and not divided.
@@ -28,6 +30,7 @@ impl StepLimits {
             frequencies: Vec::new(),
             planned: Vec::new(),
             costs: Vec::new(),
+            edit_costs: Vec::new(),
             max_substeps: *time.most_substeps.get_ref() as usize,
             is_forced: time.force_unstable,
         }
