@@ -5,6 +5,7 @@ mod check;
 mod fibres;
 mod meetings;
 mod probes;
+mod stitches;
 
 pub(crate) use check::strength;
 pub use probes::Probe;
@@ -109,6 +110,8 @@ pub struct Plan {
     pub history_steps: Vec<HistoryStep>,
     /// Probes in the order of the scene.
     pub probes: Vec<Probe>,
+    /// Whether the scene ties bodies to each other.
+    pub is_stitched: bool,
     /// Acceleration of gravity, m/s^2.
     pub gravity: Vec3,
     /// Whether energies are computed.
@@ -130,6 +133,7 @@ impl Plan {
         plan.find_devices(scene);
         plan.find_moving(scene);
         plan.find_meetings(scene);
+        plan.find_stitched(scene);
         plan.find_probes(scene, source)?;
         plan.list_gravity(scene);
         plan.list_small_things(scene);
@@ -267,7 +271,7 @@ impl Plan {
             let falls = self.gravity != Vec3::zeros() && whole;
             let pushed = whole
                 && scene.obstacle.iter().any(|o| !o.path.get_ref().is_empty() || !o.rotation_path.get_ref().is_empty());
-            let sewn = !body.stitch.is_empty();
+            let sewn = !body.stitch.is_empty() || stitches::is_stitched(&body.name, scene);
             let moving = !self.tools.is_empty() || driven || falls || pushed || sewn;
             self.moving.push(moving);
             if !moving {

@@ -20,7 +20,7 @@ mod sums;
 mod tip_motion;
 mod triangle_point;
 
-pub use bodies::{BodyCollisions, Compliance, Meeting, Outcome};
+pub use bodies::{BodyCollisions, Compliance, Meeting, Outcome, StitchCandidate, StitchSearch, TiePoint, TieRow};
 pub use fingertip::{Press, Tip};
 pub use layer::{Layer, Push};
 pub use layer_law::{LawStep, LayerLaw};

@@ -192,6 +192,15 @@ pub struct ActiveBall {
     pub extra_radius: f64,
 }
 
+/// A request to tie the body that a tool touches to those that face it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StitchRequest {
+    /// The contact.
+    pub at: BodyPoint,
+    /// Radius around it within which points are tied, m.
+    pub radius: f64,
+}
+
 /// An active edit with one tool.
 ///
 /// In every step [`Action::cut`] is called first, then [`Action::active_ball`], then [`Action::follow`]; then the bodies move.
@@ -224,6 +233,11 @@ pub trait Action: Send {
     /// Whether its tool is in contact with sheets as a fingertip, by constraints or as a soft tip.
     fn is_fingertip(&self) -> bool {
         false
+    }
+
+    /// What it asks to be tied in this step, before it cuts.
+    fn stitch_request(&self, _bodies: &[Body]) -> Option<StitchRequest> {
+        None
     }
 
     /// Cuts meshes before bodies move; `last` is set if the edit ends with this step.

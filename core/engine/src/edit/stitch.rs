@@ -1,12 +1,12 @@
 //! Stitch: the sides of a cut, or two borders of a sheet, are drawn together where the tool touches, and grow together.
 //!
 //! While they are apart each pair of facing nodes is pulled together by equal and opposite springs, as a suture does; together they are as stiff as
-//! the tool's coupling. A pair that is near enough becomes one node.
+//! the tool's coupling. A pair that is near enough becomes one node. Points of two bodies that face each other are tied by the session ([`StitchRequest`]).
 
 use super::brush::BrushShape;
 use super::key::{Key, RADIUS};
 use super::touch_stroke::{Due, TouchStroke};
-use super::{Action, BodyPoint, CutStep, EditKind, Falloff, Step};
+use super::{Action, BodyPoint, CutStep, EditKind, Falloff, Step, StitchRequest};
 use crate::body::{Body, EmbeddedPoint, LatticeError};
 use crate::contact::NodeSums;
 use crate::plan::Edit;
@@ -21,7 +21,7 @@ impl EditKind for Stitch {
     }
 
     fn summary(&self) -> &'static str {
-        "Draw the sides of a cut, or two borders of a sheet, together where the tool touches, and join them."
+        "Draw the sides of a cut, two borders of a sheet, or two bodies together where the tool touches, and join them."
     }
 
     fn keys(&self) -> &'static [Key] {
@@ -81,6 +81,11 @@ impl Action for Stitching {
 
     fn is_fingertip(&self) -> bool {
         true
+    }
+
+    fn stitch_request(&self, bodies: &[Body]) -> Option<StitchRequest> {
+        let edge = |at: BodyPoint| bodies[at.body as usize].discretization.edge();
+        self.due.map(|at| StitchRequest { at, radius: self.shape.radius_at(edge(at)) })
     }
 
     /// Joins before bodies move, for nodes get other numbers.

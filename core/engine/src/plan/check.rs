@@ -31,6 +31,7 @@ pub(super) fn check(scene: &Scene, source: &Source) -> Result<(), SceneError> {
     scene.body.iter().try_for_each(|body| check.body(body))?;
     scene.body.iter().try_for_each(|body| super::meetings::check(body, scene, source))?;
     scene.body.iter().filter_map(|body| body.friction.as_ref()).try_for_each(|friction| check.friction(friction))?;
+    super::stitches::check(scene, source)?;
     scene.obstacle.iter().try_for_each(|obstacle| check.obstacle(obstacle, scene))?;
     scene.device.iter().try_for_each(|device| check.device(device))?;
     scene.tool.iter().try_for_each(|tool| check.tool(tool))?;

@@ -113,6 +113,9 @@ impl Session {
         let needed = |limit: f64| (self.clock.dt / (STEP_SHARE * limit)).ceil().max(1.0);
         let (scheme, why) = match time.integrator.scheme() {
             Some(scheme) => (scheme, "the scene asks for it".into()),
+            None if self.plan.is_stitched => {
+                (Scheme::BackwardEuler, "bodies are stitched together, which explicit steps cannot solve".into())
+            }
             None => {
                 let (substeps, few) = (symplectic.map_or(1.0, needed), self.few_substeps());
                 let why =

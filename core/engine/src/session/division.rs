@@ -124,6 +124,7 @@ impl Session {
             }
         }
         self.divided.seams.insert(whole, seams);
+        self.ties.divide(whole, &parts);
         let names: Vec<String> = parts.iter().map(|part| format!("`{}`", part.name)).collect();
         self.divided.aside.extend(parts.into_iter().map(|part| (part.number, part)));
         self.show_bodies(numbers.into_iter());

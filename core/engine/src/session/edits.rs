@@ -58,7 +58,10 @@ impl Session {
             self.warnings.tallies[index].advances += advances;
             let cut = advances > 0;
             let changed_body = std::mem::take(&mut slot.tool.changed_body);
-            self.warnings.tallies[index].has_changed |= changed_body;
+            let has_tied = std::mem::take(&mut slot.has_tied);
+            slot.is_stitch_refused = false;
+            self.end_drawing(tool);
+            self.warnings.tallies[index].has_changed |= changed_body || has_tied;
             let kept = edit.release == Release::Keep && !edit.kind.changes_body();
             if cut || changed_body && edit.kind.changes_topology() {
                 self.fix_layers(time);
@@ -66,7 +69,7 @@ impl Session {
             if cut && edit.splits {
                 self.split_cut_bodies();
             }
-            self.settle(tool, cut || changed_body || kept);
+            self.settle(tool, cut || changed_body || has_tied || kept);
         }
         let slot = &mut self.tools[tool];
         slot.tool.release(&slot.hand);
@@ -97,6 +100,7 @@ impl Session {
         let began = Instant::now();
         let is_behind = self.bodies.iter().any(|body| body.cut.as_ref().is_some_and(|mesh| mesh.undone() > 0));
         let slot = &mut self.tools[tool];
+        let stitch = if last { None } else { slot.tool.stitch_request(&self.bodies) };
         match slot.tool.cut(&slot.hand, &mut self.bodies, last) {
             Ok(step) => {
                 slot.advances += step.advances;
@@ -117,6 +121,9 @@ impl Session {
                 self.events.add(EventKind::Message, time, || error.to_string());
                 slot.tool.release(&slot.hand);
             }
+        }
+        if let Some(request) = stitch {
+            self.stitch_to_others(tool, request, time);
         }
     }
 

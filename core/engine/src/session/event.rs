@@ -25,6 +25,10 @@ pub enum EventKind {
     ForceLimit,
     /// A cut was refused; the model is unchanged.
     CutRefused,
+    /// Bodies were to be stitched together and cannot be.
+    StitchRefused,
+    /// Ties between bodies are gone with the surface that they were on.
+    StitchOpened,
     /// An edit was to paint a parameter that the material does not let vary.
     PaintRefused,
     /// Parts of a body have become bodies of their own.
@@ -65,7 +69,15 @@ pub enum EventKind {
 impl EventKind {
     /// Whether an event of this kind says that something a user asked for was not done. Each is described, once for a stroke.
     const fn is_refusal(self) -> bool {
-        matches!(self, Self::CutRefused | Self::PaintRefused | Self::SplitRefused | Self::LayerRefused | Self::NotKept)
+        matches!(
+            self,
+            Self::CutRefused
+                | Self::StitchRefused
+                | Self::PaintRefused
+                | Self::SplitRefused
+                | Self::LayerRefused
+                | Self::NotKept
+        )
     }
 }
 

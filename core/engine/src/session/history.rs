@@ -3,6 +3,7 @@
 //! The size of a saved state is that of the active nodes and the cuts; the surface is shared until it changes.
 
 use super::sculpt_layers::SculptLayers;
+use super::ties::Ties;
 use super::{CutCounts, EventKind, Session};
 use crate::body::BodyState;
 use crate::plan::{Edit, Trigger};
@@ -36,6 +37,8 @@ pub(super) struct SavedState {
     /// Number of each body with its state.
     bodies: Vec<(u32, BodyState)>,
     layers: SculptLayers,
+    /// Ties between bodies, without those that strokes still draw together.
+    ties: Ties,
 }
 
 /// The state of all bodies of a session at one time.
@@ -273,12 +276,14 @@ impl Session {
         if is_amid {
             layers.fix(self.history.topologies + 1, &self.bodies);
         }
-        SavedState { bodies: self.bodies.iter().map(|body| (body.number, body.save())).collect(), layers }
+        let bodies = self.bodies.iter().map(|body| (body.number, body.save())).collect();
+        SavedState { bodies, layers, ties: self.ties.kept() }
     }
 
     fn restore_state(&mut self, state: &SavedState) {
         let time = self.time();
         self.layers = state.layers.clone();
+        self.ties = state.ties.clone();
         // One that was saved amid a cut has a stamp that no cut has had yet.
         self.history.topologies = self.history.topologies.max(self.layers.topology());
         self.show_bodies(state.bodies.iter().map(|(number, _)| *number));

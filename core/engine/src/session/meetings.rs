@@ -1,4 +1,4 @@
-//! Contact of bodies with each other in a session: which are near, and the stage after they have moved.
+//! Contact of bodies with each other in a session: which are near or stitched together, and the stage after they have moved.
 
 use super::body_responses::{BodyResponses, ResponseState};
 use super::{EventKind, Session, SessionError};
@@ -25,8 +25,8 @@ pub(super) struct Meetings {
     pairs: Vec<MeetingPair>,
     /// The pairs of the bodies of the scene, once one of them has been split.
     of_scene: Option<Vec<MeetingPair>>,
-    collisions: BodyCollisions,
-    /// Whether each body is near another in this step; empty without pairs.
+    pub(super) collisions: BodyCollisions,
+    /// Whether each body is near another in this step, or stitched to one; empty without pairs and ties.
     near: Vec<bool>,
     /// Wall-clock time of the stage in the last step, s.
     seconds: f64,
@@ -38,6 +38,8 @@ pub(super) struct Meetings {
     forces: Vec<Vec<Vec3>>,
     /// Whether each body has moved under them.
     is_loaded: Vec<bool>,
+    /// Pairs of bodies that are stitched together, lower index first; they do not meet.
+    tied: Vec<[usize; 2]>,
     /// Buffer of [`Session::resolve_meetings`].
     members: Vec<usize>,
 }
@@ -59,24 +61,32 @@ impl Meetings {
                 }
             }
         }
-        if pairs.is_empty() {
-            return Self::default();
+        let mut meetings = Self { pairs, ..Self::default() };
+        if !meetings.pairs.is_empty() {
+            meetings.reserve(of.len());
         }
-        Self {
-            pairs,
-            collisions: BodyCollisions::new(of.len()),
-            near: vec![false; of.len()],
-            forces: vec![Vec::new(); of.len()],
-            is_loaded: vec![false; of.len()],
-            ..Self::default()
+        meetings
+    }
+
+    /// Makes room for this many bodies, where contact has had nothing to do so far.
+    pub(super) fn reserve(&mut self, bodies: usize) {
+        if self.near.len() != bodies {
+            self.collisions = BodyCollisions::new(bodies);
+            self.near = vec![false; bodies];
+            (self.forces, self.is_loaded) = (vec![Vec::new(); bodies], vec![false; bodies]);
         }
+    }
+
+    /// Whether two bodies are stitched together.
+    fn is_tied(&self, bodies: [usize; 2]) -> bool {
+        self.tied.binary_search(&bodies).is_ok()
     }
 
     /// Adapts to other bodies, of which each is a part of the body of the scene in `roots`, or that body. Parts meet what the whole meets, and not each other: they lie
     /// against each other where they were cut.
     pub(super) fn set_bodies(&mut self, roots: &[usize]) {
         let of_scene = self.of_scene.get_or_insert_with(|| self.pairs.clone());
-        if of_scene.is_empty() {
+        if of_scene.is_empty() && self.near.is_empty() {
             return;
         }
         let mut pairs = Vec::new();
@@ -86,9 +96,8 @@ impl Meetings {
                 pairs.extend(same.map(|pair| MeetingPair { bodies: [i, j], slack: 0.0, is_near: false, ..*pair }));
             }
         }
-        (self.pairs, self.near) = (pairs, vec![false; roots.len()]);
-        (self.forces, self.is_loaded) = (vec![Vec::new(); roots.len()], vec![false; roots.len()]);
-        self.collisions = BodyCollisions::new(roots.len());
+        (self.pairs, self.near) = (pairs, Vec::new());
+        self.reserve(roots.len());
     }
 
     /// Whether two bodies meet.
@@ -144,28 +153,36 @@ const NEAR: f64 = 0.2;
 impl Session {
     /// Finds the bodies that may meet in a step, before they move, and records where they are.
     pub(super) fn begin_meetings(&mut self, time: StepTime) {
-        if self.meetings.pairs.is_empty() {
+        let mut meetings = std::mem::take(&mut self.meetings);
+        self.find_tied(&mut meetings.tied);
+        if meetings.pairs.is_empty() && meetings.tied.is_empty() {
+            self.meetings = meetings;
             return;
         }
         let start = Instant::now();
-        let mut meetings = std::mem::take(&mut self.meetings);
+        meetings.reserve(self.bodies.len());
         meetings.collisions.begin();
         meetings.near.fill(false);
         meetings.is_loaded.fill(false);
         let fall = 2.0 * time.dt * time.dt * self.plan.gravity.norm();
-        for pair in &mut meetings.pairs {
+        for at in 0..meetings.pairs.len() {
+            let is_tied = meetings.is_tied(meetings.pairs[at].bodies);
+            let pair = &mut meetings.pairs[at];
             let [i, j] = pair.bodies;
             let reach = |b: usize| fall + 2.0 * self.moved[b] + NEAR * self.bodies[b].discretization.edge();
             let reach = reach(i) + reach(j);
             if i != j && pair.slack <= reach {
                 pair.slack = distance(&bounds(&self.bodies[i]), &bounds(&self.bodies[j]));
             }
-            pair.is_near = i == j || pair.slack <= reach;
+            pair.is_near = !is_tied && (i == j || pair.slack <= reach);
             if pair.is_near {
                 for b in pair.bodies {
                     meetings.near[b] = true;
                 }
             }
+        }
+        for b in meetings.tied.iter().flatten() {
+            meetings.near[*b] = true;
         }
         // A sheet is always near itself; it is in contact if anything of it came near in the last step.
         let has_candidates = meetings.outcome.candidates > 0;
@@ -173,14 +190,15 @@ impl Session {
         for index in 0..meetings.near.len() {
             let may_touch = |pair: &MeetingPair| pair.is_near && (pair.bodies[0] != pair.bodies[1] || has_candidates);
             let pairs = meetings.pairs.iter().filter(|pair| pair.bodies.contains(&index));
-            self.integrators[index].in_contact = pairs.clone().any(may_touch);
+            let is_tied = meetings.tied.iter().any(|pair| pair.contains(&index));
+            self.integrators[index].in_contact = is_tied || pairs.clone().any(may_touch);
             if meetings.near[index] {
                 meetings.collisions.record_start(index, &self.bodies[index]);
             }
         }
         // What is met by something that moves wakes up.
-        for pair in meetings.pairs.iter().filter(|pair| pair.is_near) {
-            let [i, j] = pair.bodies;
+        let near = meetings.pairs.iter().filter(|pair| pair.is_near).map(|pair| pair.bodies);
+        for [i, j] in near.chain(meetings.tied.iter().copied()) {
             let moves = |b: usize| !self.sleep.is_asleep(b) && self.moved[b] >= self.sleep.speed() * time.dt;
             let [wakes_i, wakes_j] = [moves(j), moves(i)];
             for (b, wakes) in [(i, wakes_i), (j, wakes_j)] {
@@ -195,19 +213,22 @@ impl Session {
 
     /// Takes the collisions of a step away, after all bodies have moved.
     pub(super) fn resolve_meetings(&mut self, time: StepTime) {
-        if self.meetings.pairs.is_empty() {
+        if self.meetings.pairs.is_empty() && self.meetings.tied.is_empty() {
             return;
         }
         let start = Instant::now();
         let mut meetings = std::mem::take(&mut self.meetings);
-        for pair in &mut meetings.pairs {
+        for at in 0..meetings.pairs.len() {
+            let is_tied = meetings.is_tied(meetings.pairs[at].bodies);
+            let pair = &mut meetings.pairs[at];
             let [i, j] = pair.bodies;
             pair.slack -= self.moved[i] + self.moved[j];
-            pair.is_near |= pair.slack <= 0.0;
+            pair.is_near |= !is_tied && pair.slack <= 0.0;
         }
         let mut members = std::mem::take(&mut meetings.members);
         members.clear();
         members.extend(meetings.pairs.iter().filter(|pair| pair.is_near).flat_map(|pair| pair.bodies));
+        members.extend(meetings.tied.iter().flatten());
         members.sort_unstable();
         members.dedup();
         members.retain(|&index| self.prepare_member(&mut meetings, index, time));
@@ -222,6 +243,7 @@ impl Session {
                 has_pairs = true;
             }
         }
+        has_pairs |= self.add_tie_rows(&mut meetings, place, time);
         if has_pairs || members.iter().any(|index| meetings.is_loaded[*index]) {
             self.resolve_collisions(&mut meetings, &members, time);
         }
@@ -236,13 +258,14 @@ impl Session {
                 self.rest(index, self.moved[index] / time.dt, time);
             }
         }
+        self.advance_ties(&mut meetings, time);
         meetings.members = members;
         meetings.seconds += start.elapsed().as_secs_f64();
         self.meetings = meetings;
     }
 
     /// Whether nothing moves a body: it is in quarantine, or it sleeps.
-    fn stands(&self, index: usize) -> bool {
+    pub(super) fn stands(&self, index: usize) -> bool {
         self.bodies[index].frozen.is_some() || self.sleep.is_asleep(index)
     }
 

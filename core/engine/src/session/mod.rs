@@ -39,9 +39,12 @@ mod sleep;
 mod step;
 mod step_limits;
 mod stiffness;
+mod stitch_strokes;
 mod subdivision;
 mod tactile;
 mod thread_choice;
+mod tied_bodies;
+mod ties;
 mod warning;
 mod workers;
 
@@ -49,10 +52,10 @@ pub use command::SessionCommand;
 pub use contact_models::LIVE_TIP_MASS;
 pub use devices::HandPose;
 pub use division::SplitError;
+pub use edit_costs::EditCost;
 pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
 pub use frame::{Frame, ToolFrame};
-pub use edit_costs::EditCost;
 pub use history::{Snapshot, SnapshotError};
 pub use lapse::{Lapse, Stage};
 pub use level_choice::LevelChosen;
@@ -90,6 +93,7 @@ use sleep::Sleep;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use step_limits::StepLimits;
+use ties::Ties;
 use warning::Warnings;
 use workers::Workers;
 
@@ -172,6 +176,9 @@ pub struct ToolSlot {
     begins_at: Option<proxy_places::Begin>,
     /// Number of advances of its blade in the active edit.
     advances: usize,
+    /// Whether the active edit has tied points of two bodies, and whether it has been said that it cannot.
+    has_tied: bool,
+    is_stitch_refused: bool,
     /// Previous position of the tool, m; `None` if it was absent.
     was: Option<Vec3>,
     /// Previous rotation of its shape.
@@ -340,6 +347,7 @@ pub struct Session {
     seams: Seams,
     /// Axes and centre (m) of a symmetry that the next step pairs the vertices of bodies for.
     unpaired: Option<(crate::body::Axes, Vec3)>,
+    ties: Ties,
     scratch: Scratch,
     frame: Frame,
     stiffness: StiffnessState,

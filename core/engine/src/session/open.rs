@@ -214,6 +214,7 @@ impl Session {
             meetings,
             seams,
             unpaired,
+            ties: super::Ties::default(),
             scratch: Scratch { springs, has_seams, balls: Vec::new() },
             frame: Frame::default(),
             stiffness: super::StiffnessState::default(),
@@ -229,6 +230,7 @@ impl Session {
         session.meet(scene);
         session.measure(shared, &opening.measured_keys)?;
         session.choose(scene)?;
+        session.open_stitches(scene, source)?;
         session.check_paint_params(scene, source)?;
         session.limit_painting(scene, source);
         session.choices.threads = session.workers.all.threads();
@@ -530,6 +532,8 @@ impl Opening<'_> {
             taken_back: None,
             begins_at: None,
             advances: 0,
+            has_tied: false,
+            is_stitch_refused: false,
             was: None,
             turned: None,
             tip: scene.mass.as_ref().map(|mass| TipMass::new(mass.get_ref().si)),

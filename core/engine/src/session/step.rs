@@ -70,6 +70,7 @@ impl Session {
         self.change_modes(time.start);
         self.change_stiffness(time.start);
         self.cut(time.start);
+        self.open_cut_ties(time.start);
         self.move_regions(time.start);
         self.close_seams(time.start);
         let regions = start.elapsed();

@@ -4,7 +4,7 @@ use super::hand::Hand;
 use super::search::{SurfaceSearch, nearest_on_sheets};
 use crate::body::{Body, LatticeError, interpolate};
 use crate::contact::{Friction, LayerLaw, Patch, PointLoads, Proxy, inward};
-use crate::edit::{Action, ActiveBall, BladeEdge, BodyPoint, CutStep, GRIP_REACH, Step};
+use crate::edit::{Action, ActiveBall, BladeEdge, BodyPoint, CutStep, GRIP_REACH, Step, StitchRequest};
 use crate::shape::OrientedShape;
 use nalgebra::UnitQuaternion;
 use pliant_plugin_api::abi::Ball;
@@ -233,6 +233,11 @@ impl Tool {
     /// Version of the node numbering of a body; it changes with every renumbering.
     pub(crate) fn numbering(&self, body: u32) -> u64 {
         self.numbering[body as usize]
+    }
+
+    /// What its action asks to be tied in this step.
+    pub fn stitch_request(&self, bodies: &[Body]) -> Option<StitchRequest> {
+        self.action.as_ref().and_then(|action| action.stitch_request(bodies))
     }
 
     /// [`Coupling::cap`] of a force of this magnitude (N); a force above the limit is recorded for a warning.

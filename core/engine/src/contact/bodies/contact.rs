@@ -15,12 +15,35 @@ pub(super) struct Share {
     turn: [f64; 2],
 }
 
-/// Features of a contact by what stays from step to step: bodies, and vertices by their numbers in the surfaces of these bodies.
-pub(super) type FeatureKey = (bool, [(u32, u32); 4]);
+/// Features of a contact by what stays from step to step: bodies, and vertices by their numbers in the surfaces of these bodies; or the number of a tie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum FeatureKey {
+    /// A vertex and a triangle.
+    VertexTriangle([(u32, u32); 4]),
+    /// Two edges.
+    EdgeEdge([(u32, u32); 4]),
+    /// A tie.
+    Tie(u32),
+}
 
 /// The key of the features of a kind.
 pub(super) fn feature_key(kind: Kind, vertices: [(u32, u32); 4]) -> FeatureKey {
-    (kind == Kind::EdgeEdge, vertices)
+    match kind {
+        Kind::VertexTriangle => FeatureKey::VertexTriangle(vertices),
+        Kind::EdgeEdge => FeatureKey::EdgeEdge(vertices),
+    }
+}
+
+/// Which impulses a contact may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Law {
+    /// It pushes, with Coulomb friction.
+    Unilateral,
+    /// It ties two points: any impulse up to this magnitude, N s.
+    Tie {
+        /// Infinite for a tie that holds whatever comes.
+        most: f64,
+    },
 }
 
 /// What a contact is made of, beside its geometry.
@@ -45,6 +68,10 @@ pub(super) struct Contact {
     pub normal: Vec3,
     pub tangents: [Vec3; 2],
     pub data: ContactData,
+    /// Which impulses it may have.
+    pub law: Law,
+    /// Velocities along the normal and the two tangents that are sought: the least one along the normal for what pushes, all three for a tie, m/s.
+    pub bounds: [f64; 3],
     /// Normal velocity for each N s of normal impulse by masses alone, 1/kg.
     pub compliance: f64,
     /// Tangential velocities for tangential impulses by masses alone, 1/kg: entries 11, 12 and 22.
@@ -110,17 +137,52 @@ impl ContactSet {
             data.friction = [0.0; 2];
         }
         let shares = [first as u32, self.shares.len() as u32];
-        let mut contact = Contact {
+        let contact = Contact {
             shares,
             normal,
             tangents,
             data,
+            law: Law::Unilateral,
+            bounds: [data.bound, 0.0, 0.0],
             compliance: 0.0,
             tangential: [0.0; 3],
             scale: 0.0,
             impulse: [0.0; 3],
             slides: false,
         };
+        self.push(contact, nodes);
+    }
+
+    /// Adds a tie of two points, each carried by nodes with weights that add up to 1: node numbers among those of all members, with the weights of the second
+    /// point negated. `bounds` are the velocities (m/s) of the first point relative to the second that are sought. Ties nothing if no node of it can move.
+    pub fn add_tie(
+        &mut self,
+        carriers: &[(u32, f64)],
+        nodes: &MeetingNodes,
+        (data, law): (ContactData, Law),
+        bounds: Vec3,
+    ) {
+        let first = self.shares.len();
+        self.shares.extend(carriers.iter().map(|&(node, weight)| Share { node, weight, turn: [0.0; 2] }));
+        let contact = Contact {
+            shares: [first as u32, self.shares.len() as u32],
+            normal: Vec3::x(),
+            tangents: [Vec3::y(), Vec3::z()],
+            data,
+            law,
+            bounds: bounds.into(),
+            compliance: 0.0,
+            tangential: [0.0; 3],
+            scale: 0.0,
+            impulse: [0.0; 3],
+            slides: false,
+        };
+        self.push(contact, nodes);
+    }
+
+    /// Adds a contact whose shares are the last ones, unless no node of it can move.
+    fn push(&mut self, mut contact: Contact, nodes: &MeetingNodes) {
+        let first = contact.shares[0] as usize;
         for share in &self.shares[first..] {
             let rows = contact.rows(share);
             let moved = rows.map(|row| nodes.response(share.node as usize, row));
@@ -130,7 +192,9 @@ impl ContactSet {
             contact.tangential[2] += rows[2].dot(&moved[2]);
             contact.scale += nodes.scale[share.node as usize] * share.weight * share.weight;
         }
-        if contact.compliance > 0.0 {
+        let along_surface = contact.tangential[0] + contact.tangential[2];
+        let is_tie = contact.law != Law::Unilateral;
+        if contact.compliance > 0.0 || (is_tie && along_surface > 0.0) {
             self.contacts.push(contact);
         } else {
             self.shares.truncate(first);
@@ -196,6 +260,25 @@ impl Contact {
         }
         let [a, b] = self.tangents;
         [self.normal.dot(&relative), a.dot(&relative) + turn[0], b.dot(&relative) + turn[1]]
+    }
+
+    /// The impulse (N s) nearest to `wanted` that it may have: what ties is limited in size, what pushes has a normal impulse of at least 0 and friction within
+    /// the disc of that.
+    pub fn project(&self, wanted: [f64; 3]) -> [f64; 3] {
+        match self.law {
+            Law::Tie { most } => {
+                let size = Vec3::from(wanted).norm();
+                let shrink = if size > most { most / size } else { 1.0 };
+                wanted.map(|impulse| shrink * impulse)
+            }
+            Law::Unilateral => {
+                let normal = wanted[0].max(0.0);
+                let radius = self.data.friction[usize::from(self.slides)] * normal;
+                let size = (wanted[1] * wanted[1] + wanted[2] * wanted[2]).sqrt();
+                let shrink = if size > radius { radius / size } else { 1.0 };
+                [normal, shrink * wanted[1], shrink * wanted[2]]
+            }
+        }
     }
 
     /// Impulse on its first side, N s.

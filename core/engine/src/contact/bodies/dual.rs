@@ -8,8 +8,12 @@
 //! The iteration is the accelerated projected gradient method with restarts and a step length by backtracking (Nesterov 1983;
 //! O'Donoghue and Candes 2015; Mazhar, Heyn, Negrut and Tasora 2015), in variables scaled by the diagonal of J A^-1 J^T. The radius of the friction disc is that of
 //! the newest normal impulse, so sliding contacts do not part as those of the associated cone do.
+//!
+//! Ties of two points are rows of the same problem, with u = b for all three components and impulses of any sign; where there is nothing else it is a linear
+//! system ([`super::equalities`]).
 
-use super::contact::ContactSet;
+use super::contact::{Contact, ContactSet, Law};
+use super::equalities::TieVectors;
 use super::nodes::MeetingNodes;
 use super::{Compliance, RECOVERY_TIME};
 use pliant_solver::Vec3;
@@ -23,6 +27,8 @@ const TOLERANCE: f64 = 0.01;
 const TOLERANCE_OF_GAP: f64 = 0.25;
 /// Velocity at which contacts that push may part on average, as a fraction of the fastest approach without contact.
 const TOLERANCE_OF_WORK: f64 = 1e-3;
+/// Difference from the sought velocity of tied points that is left at the end, as a fraction of the largest one at the beginning.
+const TOLERANCE_OF_TIES: f64 = 1e-3;
 /// Depth by which surfaces at rest are nearer than their gap, as a fraction of it.
 const TOLERANCE_AT_REST: f64 = 0.1;
 /// Relative tolerance of the solve for each body.
@@ -59,18 +65,31 @@ pub(super) struct DualReport {
 #[derive(Default)]
 pub(super) struct DualSolver {
     /// Impulses on the nodes, N s, and velocity changes by them, m/s (n x 3).
-    impulses: Vec<Vec3>,
+    pub(super) impulses: Vec<Vec3>,
     pub changes: Vec<Vec3>,
     /// Velocities of the contacts without impulses, and what the impulses of the last, the present and the extrapolated iterate change, m/s (c x 3).
     free: Vec<[f64; 3]>,
     last: Vec<[f64; 3]>,
-    now: Vec<[f64; 3]>,
+    pub(super) now: Vec<[f64; 3]>,
     ahead: Vec<[f64; 3]>,
     /// Impulses of the last and of the extrapolated iterate, N s (c x 3); the present ones are in the contacts.
     last_impulse: Vec<[f64; 3]>,
     ahead_impulse: Vec<[f64; 3]>,
     /// Step length of the last iteration; 0 before the first.
     length: f64,
+    /// Buffers of the solve of ties alone.
+    pub(super) ties: TieVectors,
+}
+
+/// Tolerances of a solve, m/s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tolerances {
+    /// Approach of a contact that counts as none.
+    approach: f64,
+    /// Velocity at which contacts that push may part on average.
+    parting: f64,
+    /// Difference of a tie from the velocity that is sought.
+    pub tie: f64,
 }
 
 impl DualSolver {
@@ -87,11 +106,16 @@ impl DualSolver {
         let mut report = DualReport::default();
         self.free.clear();
         self.free.extend(set.contacts.iter().map(|contact| set.velocities(contact, free)));
-        let tolerances = self.approach_tolerances(set, dt);
+        let tolerances = self.tolerances(set, dt);
         for contact in &mut set.contacts {
             contact.slides = false;
         }
         self.respond(set, nodes, members, bodies, &mut report);
+        let is_firm_tie = |contact: &Contact| contact.law == Law::Tie { most: f64::INFINITY };
+        if !set.is_empty() && set.contacts.iter().all(is_firm_tie) {
+            self.solve_ties(set, (nodes, members), bodies, tolerances.tie, &mut report);
+            return report;
+        }
         self.ahead.clone_from(&self.now);
         self.ahead_impulse.clear();
         self.ahead_impulse.extend(set.contacts.iter().map(|contact| contact.impulse));
@@ -106,14 +130,14 @@ impl DualSolver {
             std::mem::swap(&mut self.last, &mut self.now);
             self.descend(set, nodes, members, bodies, &mut report);
             if self.has_converged(set, tolerances) {
-                if !self.let_slide(set, tolerances[0]) {
+                if !self.let_slide(set, tolerances.approach) {
                     report.converged = true;
                     break;
                 }
                 theta = 1.0;
             }
             let rises = set.contacts.iter().enumerate().map(|(c, contact)| {
-                let gradient = self.gradient(contact.data.bound, c);
+                let gradient = self.gradient(contact.bounds, c);
                 (0..3).map(|k| gradient[k] * (contact.impulse[k] - self.last_impulse[c][k])).sum::<f64>()
             });
             let beta = if rises.sum::<f64>() > 0.0 {
@@ -138,13 +162,23 @@ impl DualSolver {
         report
     }
 
-    /// Approach of a contact that counts as none, and velocity at which contacts that push may part on average, m/s.
-    fn approach_tolerances(&self, set: &ContactSet, dt: f64) -> [f64; 2] {
-        let each = set.contacts.iter().zip(&self.free).map(|(contact, u)| (contact.data.bound - u[0]).max(0.0));
-        let fastest = each.fold(0.0, f64::max);
+    /// Tolerances relative to the velocities without impulses.
+    fn tolerances(&self, set: &ContactSet, dt: f64) -> Tolerances {
+        let (mut fastest, mut widest) = (0.0_f64, 0.0_f64);
+        for (contact, u) in set.contacts.iter().zip(&self.free) {
+            match contact.law {
+                Law::Unilateral => fastest = fastest.max(contact.bounds[0] - u[0]),
+                Law::Tie { .. } => widest = widest.max(missing(contact, *u).norm()),
+            }
+        }
         let thinnest = set.contacts.iter().map(|contact| contact.data.thickness).fold(f64::INFINITY, f64::min);
         let rest = self.rest_tolerance(set);
-        [(TOLERANCE * fastest).max(rest).min(TOLERANCE_OF_GAP * thinnest / dt), (TOLERANCE_OF_WORK * fastest).max(rest)]
+        let most = TOLERANCE_OF_GAP * thinnest / dt;
+        Tolerances {
+            approach: (TOLERANCE * fastest).max(rest).min(most),
+            parting: (TOLERANCE_OF_WORK * fastest).max(rest),
+            tie: (TOLERANCE_OF_TIES * widest).max(TOLERANCE_OF_TIES * rest).min(most),
+        }
     }
 
     /// Approach that counts as none however slow contacts are, m/s: surfaces part as fast when they are nearer than their gap by a small part of it.
@@ -154,9 +188,9 @@ impl DualSolver {
     }
 
     /// Gradient of the dual energy at the extrapolated iterate, m/s.
-    fn gradient(&self, bound: f64, c: usize) -> [f64; 3] {
+    fn gradient(&self, bounds: [f64; 3], c: usize) -> [f64; 3] {
         let (free, by) = (self.free[c], self.ahead[c]);
-        [free[0] + by[0] - bound, free[1] + by[1], free[2] + by[2]]
+        [0, 1, 2].map(|k: usize| free[k] + by[k] - bounds[k])
     }
 
     /// A projected step from the extrapolated iterate, shortened until the quadratic bound of its length holds.
@@ -170,14 +204,9 @@ impl DualSolver {
     ) {
         for _ in 0..MAX_SHRINKS {
             for (c, contact) in set.contacts.iter_mut().enumerate() {
-                let (gradient, ahead) = (self.gradient(contact.data.bound, c), self.ahead_impulse[c]);
+                let (gradient, ahead) = (self.gradient(contact.bounds, c), self.ahead_impulse[c]);
                 let wanted = [0, 1, 2].map(|k: usize| ahead[k] - self.length / contact.scale * gradient[k]);
-                let normal = wanted[0].max(0.0);
-                let [kept, sliding] = contact.data.friction.map(|f| f * normal);
-                let size = length([wanted[1], wanted[2]]);
-                let radius = if contact.slides { sliding } else { kept };
-                let shrink = if size > radius { radius / size } else { 1.0 };
-                contact.impulse = [normal, shrink * wanted[1], shrink * wanted[2]];
+                contact.impulse = contact.project(wanted);
             }
             self.respond(set, nodes, members, bodies, report);
             let (mut curvature, mut squared) = (0.0, 0.0);
@@ -196,8 +225,8 @@ impl DualSolver {
         }
     }
 
-    /// Computes the velocity changes of nodes and of contacts by the present impulses.
-    fn respond(
+    /// Computes the velocity changes of nodes and of contacts by the present impulses, less those that the nodes have had in the steps of their bodies.
+    pub(super) fn respond(
         &mut self,
         set: &ContactSet,
         nodes: &MeetingNodes,
@@ -211,6 +240,18 @@ impl DualSolver {
         }
         set.add_impulses(&mut self.impulses);
         self.impulses.iter_mut().zip(&nodes.predicted).for_each(|(p, predicted)| *p -= predicted);
+        self.respond_to_impulses(set, nodes, members, bodies, report);
+    }
+
+    /// Computes the velocity changes of nodes and of contacts by the impulses in `self.impulses`; `changes` must be zero.
+    pub(super) fn respond_to_impulses(
+        &mut self,
+        set: &ContactSet,
+        nodes: &MeetingNodes,
+        members: &[DualMember],
+        bodies: &mut dyn Compliance,
+        report: &mut DualReport,
+    ) {
         for DualMember { body, nodes: range, is_moved } in members {
             let impulses = &self.impulses[range.clone()];
             if !is_moved || impulses.iter().all(|p| *p == Vec3::zeros()) {
@@ -231,29 +272,45 @@ impl DualSolver {
         self.now.extend(set.contacts.iter().map(|contact| set.velocities(contact, &self.changes)));
     }
 
-    /// Whether no contact approaches faster than the first tolerance, and those that push part on average no faster than the second (m/s).
-    fn has_converged(&self, set: &ContactSet, [tolerance, parting]: [f64; 2]) -> bool {
-        let (mut approach, mut work, mut allowed) = (0.0_f64, 0.0, 0.0);
+    /// Whether no contact approaches faster than its tolerance, those that push part on average no faster than theirs, and ties have the velocity that is
+    /// sought, or pull towards it with all they may.
+    fn has_converged(&self, set: &ContactSet, tolerances: Tolerances) -> bool {
+        let (mut approach, mut work, mut allowed, mut untied) = (0.0_f64, 0.0, 0.0, 0.0_f64);
         for (c, contact) in set.contacts.iter().enumerate() {
-            let parts = self.free[c][0] + self.now[c][0] - contact.data.bound;
+            let u = self.velocity(c);
+            if let Law::Tie { most } = contact.law {
+                let (missing, impulse) = (missing(contact, u), Vec3::from(contact.impulse));
+                let is_full = impulse.norm() >= FULL * most && impulse != Vec3::zeros();
+                let pull = if is_full { missing.dot(&impulse).max(0.0) / impulse.norm_squared() } else { 0.0 };
+                untied = untied.max((missing - pull * impulse).norm());
+                continue;
+            }
+            let parts = u[0] - contact.bounds[0];
             approach = approach.max(-parts);
             work += contact.impulse[0] * parts.max(0.0);
-            allowed += contact.impulse[0] * parting;
+            allowed += contact.impulse[0] * tolerances.parting;
             // Friction that has not come to rest, or does not oppose the sliding.
-            let slide = [self.free[c][1] + self.now[c][1], self.free[c][2] + self.now[c][2]];
-            let along = contact.impulse[1] * slide[0] + contact.impulse[2] * slide[1];
+            let along = contact.impulse[1] * u[1] + contact.impulse[2] * u[2];
             let radius = contact.data.friction[usize::from(contact.slides)] * contact.impulse[0];
-            work += radius * length(slide) + along;
+            work += radius * length([u[1], u[2]]) + along;
         }
-        approach <= tolerance && work <= allowed
+        approach <= tolerances.approach && work <= allowed && untied <= tolerances.tie
+    }
+
+    /// Velocities of a contact with the present impulses, m/s.
+    pub(super) fn velocity(&self, c: usize) -> [f64; 3] {
+        [0, 1, 2].map(|k: usize| self.free[c][k] + self.now[c][k])
     }
 
     /// Lets contacts slide whose static friction does not hold them. Returns whether there are any new ones.
     fn let_slide(&self, set: &mut ContactSet, tolerance: f64) -> bool {
         let mut any = false;
-        for (c, contact) in set.contacts.iter_mut().enumerate().filter(|(_, contact)| !contact.slides) {
+        for (c, contact) in
+            set.contacts.iter_mut().enumerate().filter(|(_, contact)| !contact.slides && contact.law == Law::Unilateral)
+        {
             let [kept, sliding] = contact.data.friction.map(|f| f * contact.impulse[0]);
-            let slide = length([self.free[c][1] + self.now[c][1], self.free[c][2] + self.now[c][2]]);
+            let [_, s, t] = self.velocity(c);
+            let slide = length([s, t]);
             let is_full = length([contact.impulse[1], contact.impulse[2]]) >= FULL * kept;
             contact.slides = sliding < kept && is_full && slide > tolerance;
             any |= contact.slides;
@@ -268,8 +325,13 @@ impl DualSolver {
 
     /// Memory, bytes.
     pub fn bytes(&self) -> usize {
-        self.impulses.capacity() * 48 + self.free.capacity() * 6 * 24
+        self.impulses.capacity() * 48 + self.free.capacity() * 6 * 24 + self.ties.bytes()
     }
+}
+
+/// Velocity that a tie is short of, m/s, at the velocities `u`.
+pub(super) fn missing(contact: &Contact, u: [f64; 3]) -> Vec3 {
+    Vec3::from(contact.bounds) - Vec3::from(u)
 }
 
 /// Length of a vector along the surface.
@@ -279,7 +341,7 @@ fn length([a, b]: [f64; 2]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::contact::ContactData;
+    use super::super::contact::{ContactData, FeatureKey};
     use super::super::features::{Kind, gap};
     use super::*;
     use pliant_solver::Constraint;
@@ -318,8 +380,13 @@ mod tests {
             constraint: vec![Constraint::Free; 4],
         };
         let carriers: [[(u32, f64); 1]; 4] = std::array::from_fn(|i| [(i as u32, 1.0)]);
-        let data =
-            ContactData { bound: 0.0, friction: [0.0; 2], thickness: 1e-3, bodies: [0, 1], key: (false, [(0, 0); 4]) };
+        let data = ContactData {
+            bound: 0.0,
+            friction: [0.0; 2],
+            thickness: 1e-3,
+            bodies: [0, 1],
+            key: FeatureKey::VertexTriangle([(0, 0); 4]),
+        };
         let members =
             [DualMember { body: 0, nodes: 0..1, is_moved: true }, DualMember { body: 1, nodes: 1..4, is_moved: true }];
         for is_cancelled in [false, true] {

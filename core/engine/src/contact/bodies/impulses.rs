@@ -50,7 +50,7 @@ impl Impulses {
 }
 
 fn iterate(contacts: &mut [Contact], shares: &[Share], nodes: &mut MeetingNodes) {
-    let approach = |contact: &Contact| (contact.data.bound - contact.velocities(shares, &nodes.v)[0]).max(0.0);
+    let approach = |contact: &Contact| (contact.bounds[0] - contact.velocities(shares, &nodes.v)[0]).max(0.0);
     let tolerance = TOLERANCE * contacts.iter().map(approach).fold(0.0, f64::max);
     for _ in 0..MAX_SWEEPS {
         let mut change = 0.0_f64;
@@ -75,7 +75,7 @@ fn push(contact: &Contact, shares: &[Share], nodes: &mut MeetingNodes, impulse: 
 /// Updates the impulses of a contact. Returns the change of a relative velocity, m/s.
 fn update(contact: &mut Contact, shares: &[Share], nodes: &mut MeetingNodes) -> f64 {
     let [normal, ..] = contact.velocities(shares, &nodes.v);
-    let next = (contact.impulse[0] + (contact.data.bound - normal) / contact.compliance).max(0.0);
+    let next = (contact.impulse[0] + (contact.bounds[0] - normal) / contact.compliance).max(0.0);
     let by = next - contact.impulse[0];
     contact.impulse[0] = next;
     let mut change = (by * contact.compliance).abs();

@@ -10,11 +10,14 @@ mod candidates;
 mod contact;
 mod crossings;
 mod dual;
+mod equalities;
 mod features;
 mod impulses;
 mod nodes;
 mod resolve;
+mod stitch_search;
 mod surface;
+mod ties;
 mod tree;
 mod warm_start;
 mod zones;
@@ -26,7 +29,9 @@ use dual::{DualMember, DualSolver};
 use impulses::Impulses;
 use nodes::MeetingNodes;
 use pliant_solver::{Constraint, Vec3};
+pub use stitch_search::{StitchCandidate, StitchSearch};
 use surface::CollisionSurface;
+pub use ties::{TiePoint, TieRow};
 use warm_start::WarmStart;
 
 /// How bodies answer impulses.
@@ -137,6 +142,10 @@ pub struct BodyCollisions {
     surfaces: Vec<CollisionSurface>,
     members: Vec<Member>,
     pairs: Vec<Pair>,
+    /// Ties of points of members.
+    ties: Vec<TieRow>,
+    /// Nodes that carry a tie, with weights (buffer).
+    carriers: Vec<(u32, f64)>,
     nodes: MeetingNodes,
     /// Positions of all vertices at the start and at the end of the step, m, and velocities at its end, m/s.
     from: Vec<Vec3>,
@@ -214,6 +223,7 @@ impl BodyCollisions {
         self.totals.fill(Vec3::zeros());
         self.members.clear();
         self.pairs.clear();
+        self.ties.clear();
         self.nodes.clear();
     }
 

@@ -1,4 +1,4 @@
-//! The collisions of a step: rounds of detection and of the implicit solve, then impulses and impact zones for what is left.
+//! The collisions of a step and the ties of bodies: rounds of detection and of the implicit solve, then impulses and impact zones for what is left.
 
 use super::candidates::{find_impacts, list};
 use super::contact::{ContactData, feature_key};
@@ -31,7 +31,7 @@ impl BodyCollisions {
         self.list_candidates();
         outcome.candidates = self.candidates.len();
         self.set.clear();
-        if self.candidates.is_empty() && !self.has_predicted() {
+        if self.candidates.is_empty() && self.ties.is_empty() && !self.has_predicted() {
             self.warm_start.clear();
             return outcome;
         }
@@ -76,6 +76,7 @@ impl BodyCollisions {
                 self.add_contact(&candidate, &gap, bound, true);
             }
         }
+        self.add_tie_rows(dt);
         let mut is_clear = false;
         for solve in 0..MAX_SOLVES {
             let first = self.set.contacts.len();

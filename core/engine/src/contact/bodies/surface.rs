@@ -17,6 +17,8 @@ pub(super) struct CollisionSurface {
     carriers: Vec<(u32, f64)>,
     /// Position of each vertex less the weighted sum of its nodes' positions, m (v x 3).
     offset: Vec<Vec3>,
+    /// Vertex of this surface of each vertex of the model, or [`NO_VERTEX`].
+    vertex_of: Vec<u32>,
     /// Vertices of each triangle (t x 3).
     pub triangles: Vec<[u32; 3]>,
     /// Vertices of each edge (e x 2).
@@ -57,6 +59,9 @@ impl CollisionSurface {
                 for node in 0..sheet.vertex_count() as u32 {
                     surface.add_vertex(std::iter::once((node, 1.0)), Vec3::zeros());
                 }
+                let is_used = |v: &u32| !model.around(*v).is_empty();
+                let vertices = 0..model.surface.points.len() as u32;
+                surface.vertex_of = vertices.map(|v| if is_used(&v) { sheet.node_of(v) } else { NO_VERTEX }).collect();
             }
             Discretization::Lattice(lattice) => {
                 let mut vertex_of = vec![NO_VERTEX; model.surface.points.len()];
@@ -82,6 +87,7 @@ impl CollisionSurface {
                     }
                     surface.triangles.push(corners.map(|v| vertex_of[v as usize]));
                 }
+                surface.vertex_of = vertex_of;
             }
         }
         surface.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
@@ -130,11 +136,22 @@ impl CollisionSurface {
         &self.carriers[self.first[vertex as usize] as usize..self.first[vertex as usize + 1] as usize]
     }
 
+    /// The vertex of this surface at a vertex of the model; `None` where the model has none there.
+    pub fn vertex_of(&self, vertex: u32) -> Option<u32> {
+        self.vertex_of.get(vertex as usize).copied().filter(|v| *v != NO_VERTEX)
+    }
+
     /// Weighted sums of a nodal field (n x 3) at the vertices, appended to `out` (v x 3).
     pub fn interpolate(&self, field: &[Vec3], out: &mut Vec<Vec3>) {
         out.extend((0..self.vertices() as u32).map(|vertex| {
             self.carriers(vertex).iter().fold(Vec3::zeros(), |sum, (n, w)| sum + *w * field[*n as usize])
         }));
+    }
+
+    /// Position of a vertex for nodes at `x` (m, n x 3).
+    pub fn position(&self, vertex: u32, x: &[Vec3]) -> Vec3 {
+        let sum = |sum: Vec3, (n, w): &(u32, f64)| sum + *w * x[*n as usize];
+        self.carriers(vertex).iter().fold(self.offset[vertex as usize], sum)
     }
 
     /// Positions of the vertices for nodes at `x` (m, n x 3), appended to `out` (m, v x 3).
@@ -159,6 +176,7 @@ impl CollisionSurface {
     pub fn bytes(&self) -> usize {
         self.carriers.len() * 16
             + self.vertices() * 28
+            + self.vertex_of.len() * 4
             + self.triangles.len() * (12 + 3 + 12 + 120)
             + self.edges.len() * 8
     }

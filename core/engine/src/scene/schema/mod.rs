@@ -7,6 +7,7 @@ mod hand;
 mod level;
 mod obstacle;
 mod seam;
+mod stitch;
 
 pub use body::*;
 pub use edit::*;
@@ -15,6 +16,7 @@ pub use hand::*;
 pub use level::Level;
 pub use obstacle::*;
 pub use seam::SeamScene;
+pub use stitch::StitchScene;
 
 use super::units::{
     Acceleration, Angle, Damping, Force, ForceRate, Frequency, Length, Mass, Speed, Stiffness, Time, Toughness,
@@ -46,6 +48,10 @@ pub struct Scene {
     /// Bodies, the objects that deform.
     #[serde(default)]
     pub body: Vec<BodyScene>,
+    /// Points of two bodies that are tied together.
+    #[serde(default)]
+    #[schemars(with = "Vec<StitchScene>")]
+    pub stitch: Vec<Spanned<StitchScene>>,
     /// Obstacles, rigid things that bodies meet.
     #[serde(default)]
     pub obstacle: Vec<ObstacleScene>,

@@ -1,0 +1,24 @@
+//! The `[[stitch]]` entries of a scene file.
+
+use super::{Length, Time};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use toml::Spanned;
+
+/// Points of two bodies that are tied together. The two bodies need no `meets`, and do not meet each other while they are stitched.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct StitchScene {
+    /// Names of the two bodies.
+    #[schemars(with = "[String; 2]")]
+    pub bodies: [Spanned<String>; 2],
+    /// Pairs of a vertex of the first body and one of the second, counted from 0 in the order of the OBJ. Give either this or `distance`.
+    #[schemars(with = "Option<Vec<[u32; 2]>>")]
+    pub pairs: Option<Spanned<Vec<[u32; 2]>>>,
+    /// Vertices of the finer of the two surfaces that are nearer than this to the other one, and face it, are tied to its nearest points: about one for each node.
+    #[schemars(with = "Option<Length>")]
+    pub distance: Option<Spanned<Length>>,
+    /// Time in which points that are apart are drawn together; 0, the default, allows a quarter of an edge between them, which closes in 0.1 s.
+    #[schemars(with = "Option<Time>")]
+    pub time: Option<Spanned<Time>>,
+}
