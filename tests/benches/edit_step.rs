@@ -1,10 +1,13 @@
 //! A step of each kind of edit beside one of a touch: `cargo build --release && cargo bench -p pliant-tests --bench edit_step -- WHAT...`,
 //! where WHAT filters `solid grab` and the like. Each stroke is made `REPEATS` times (3), kinds by turns, and the least of each step counts, for a
-//! busy machine delays other steps each time. Cuts are in `figures`.
+//! busy machine delays other steps each time. A `cut` draws a blade of 16 mm through the surface; `split` is the time of a split of what a blade has cut in two, beside the
+//! median of the steps before it.
 #![allow(clippy::print_stdout, reason = "a bench prints its figures")]
 
+use pliant_engine::body::Division;
 use pliant_engine::edit::KINDS;
 use pliant_tests::{Bench, open_file};
+use std::time::Instant;
 
 /// Radius of every edit, m: three of its tool's.
 const RADIUS: f64 = 0.015;
@@ -51,6 +54,9 @@ struct Stroke {
 }
 
 fn stroke(subject: &Subject, kind: &str, region: &str) -> Stroke {
+    if kind == "cut" {
+        return run(subject, kind, region, &blade(subject));
+    }
     let height = match kind {
         "pull" | "grab" => 0.004,
         "inflate" | "deflate" => 0.0,
@@ -65,8 +71,23 @@ fn stroke(subject: &Subject, kind: &str, region: &str) -> Stroke {
         x + 0.004,
         z + height
     );
+    let tool = format!("path = {path}\nradius = {}", RADIUS / 3.0);
+    run(subject, kind, region, &tool)
+}
+
+/// Path and tool of a blade that goes through the surface of a subject.
+fn blade(subject: &Subject) -> String {
+    let [x, y, z] = subject.place;
+    let row = |time: f64, along: f64, height: f64| format!("[{time}, {}, {y}, {}]", x + along, z + height);
+    let rows = [row(0.0, -0.008, 0.012), row(0.02, -0.008, 0.004), row(0.1, -0.006, 0.0), row(0.4, 0.008, 0.0)];
+    format!("path = [{}]\nradius = 0.001\nblade = {{ length = \"16 mm\", direction = [0, 0, 1] }}", rows.join(", "))
+}
+
+/// A stroke with a tool, given by the path of its hand and its keys.
+fn run(subject: &Subject, kind: &str, region: &str, tool: &str) -> Stroke {
+    let (path, tool) = tool.split_once('\n').unwrap_or((tool, ""));
     let body = subject.body.replace("REGION", region);
-    let keys = if kind == "touch" || kind == "pull" { String::new() } else { format!("radius = {RADIUS}") };
+    let keys = if matches!(kind, "touch" | "pull" | "cut") { String::new() } else { format!("radius = {RADIUS}") };
     let text = format!(
         r#"
         format = 1
@@ -77,17 +98,16 @@ fn stroke(subject: &Subject, kind: &str, region: &str) -> Stroke {
         {body}
         [[device]]
         name = "hand"
-        params = {{ peak-force = "20 N", path = {path} }}
+        params = {{ peak-force = "20 N", {path} }}
         [[tool]]
         name = "finger"
         device = "hand"
-        radius = {}
+        {tool}
         [[edit]]
         kind = "{kind}"
         tool = "finger"
         {keys}
-        "#,
-        RADIUS / 3.0
+        "#
     );
     let bench = Bench::new();
     let mut session = open_file(&bench.write("scene.toml", text), 1, None);
@@ -102,11 +122,54 @@ fn stroke(subject: &Subject, kind: &str, region: &str) -> Stroke {
     Stroke { seconds, nodes }
 }
 
+/// Time of a split of a ball that a blade has cut in two, and the median time of a step before it, s.
+fn split() -> [f64; 2] {
+    let text = r#"
+        format = 1
+        output = { energy = false }
+        [time]
+        duration = 0.4
+        [[body]]
+        shape = { kind = "sphere", cells = 48, size = [0.1, 0.1, 0.1] }
+        grid = { level = 5, region = "whole" }
+        material = { plugin = "neo-hookean", params = { young = "200 kPa" } }
+        [[body.fixed]]
+        ball = [0, 0, 0]
+        radius = 0.01
+        [[device]]
+        name = "hand"
+        params = { path = [[0, -0.06, 0.02, 0], [0.3, 0.06, 0.02, 0]] }
+        [[tool]]
+        name = "knife"
+        device = "hand"
+        radius = 0.001
+        blade = { length = "120 mm", direction = [0, 0, 1] }
+        [[edit]]
+        kind = "cut"
+        tool = "knife"
+        end = 0.32
+        "#;
+    let bench = Bench::new();
+    let mut session = open_file(&bench.write("scene.toml", text), 1, None);
+    let mut seconds: Vec<f64> = (0..350)
+        .map(|_| {
+            session.step();
+            session.frame().seconds
+        })
+        .collect();
+    seconds.drain(..320);
+    seconds.sort_by(f64::total_cmp);
+    let began = Instant::now();
+    let parts = session.split(0, Division::EachPart).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(parts.len(), 2, "{:?}", session.events.told());
+    [began.elapsed().as_secs_f64(), seconds[seconds.len() / 2]]
+}
+
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with("--")).collect();
     let repeats = std::env::var("REPEATS").ok().and_then(|text| text.parse().ok()).unwrap_or(3);
     for subject in &SUBJECTS {
-        let kinds = KINDS.iter().filter(|kind| !kind.cuts()).map(|kind| (kind.name(), ""));
+        let kinds = KINDS.iter().map(|kind| (kind.name(), ""));
         let same = Some(("touch", subject.same_region)).filter(|(_, region)| !region.is_empty());
         let cases: Vec<(&str, &str)> = same.into_iter().chain(kinds).collect();
         let is_asked = |kind: &str| words.iter().all(|word| format!("{} {kind}", subject.name).contains(word));
@@ -132,5 +195,9 @@ fn main() {
             let name = format!("{} {kind}{}", subject.name, if region.is_empty() { "" } else { ", region of an edit" });
             println!("{name:40} {nodes:6} nodes; median {:.3}, mean {mean:.3}, 99th {:.3} ms", at(0.5), at(0.99));
         }
+    }
+    if words.iter().all(|word| "split".contains(word)) {
+        let least = (0..repeats).map(|_| split()).fold([f64::INFINITY; 2], |a, b| [a[0].min(b[0]), a[1].min(b[1])]);
+        println!("split of a ball at level 5: {:.2} ms; a step of it {:.2} ms", 1e3 * least[0], 1e3 * least[1]);
     }
 }
