@@ -17,7 +17,7 @@ use pliant_record::{Recording, state_digest, write_model_to};
 use pliant_window::app::App;
 use pliant_window::gl::Wireframe;
 use pliant_window::strings;
-use pliant_window::view::cube::visible_faces;
+use pliant_window::view::cube::{CubeFace, visible_faces};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -565,11 +565,18 @@ fn a_click_on_a_face_of_the_cube_looks_from_there() {
         }
     };
     let mut seen = std::collections::BTreeSet::new();
-    for round in 0..12 {
+    for round in 0..24 {
         turn(&mut harness, round);
-        let faces = visible_faces(harness.state().camera().axes(), 15.0);
-        let face = faces[(round / 2) % faces.len()];
-        let middle = face.corners.iter().fold(egui::Vec2::ZERO, |sum, corner| sum + *corner) / 4.0;
+        let axes = harness.state().camera().axes();
+        // The ends of the axes, 38 points from the middle, lie over the cube where they point towards the viewer or away.
+        let ends: Vec<egui::Vec2> = (0..6)
+            .map(|end| if end < 3 { 38.0 } else { -38.0 } * egui::vec2(axes[0][end % 3] as f32, -axes[1][end % 3] as f32))
+            .collect();
+        let middle_of = |face: &CubeFace| face.corners.iter().fold(egui::Vec2::ZERO, |sum, corner| sum + *corner) / 4.0;
+        let is_free = |face: &CubeFace| ends.iter().all(|end| (*end - middle_of(face)).length() > 16.0);
+        let faces: Vec<CubeFace> = visible_faces(axes, 15.0).into_iter().filter(is_free).collect();
+        let Some(face) = faces.get((round / 2) % faces.len().max(1)).copied() else { continue };
+        let middle = middle_of(&face);
         harness.hover_at(centre + middle);
         harness.step();
         harness.event(egui::Event::PointerButton {
