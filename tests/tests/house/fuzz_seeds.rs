@@ -3,7 +3,7 @@
 use pliant_mesh::testing::Random;
 use pliant_tests::root;
 
-#[path = "../../fuzz/src/lib.rs"]
+#[path = "../../../fuzz/src/lib.rs"]
 mod targets;
 
 type Target = fn(&[u8]);

@@ -1,0 +1,10 @@
+//! Bodies that are cut, split and stitched.
+
+mod cut_parts;
+mod cutting;
+mod cutting_physics;
+mod fragments;
+mod seams;
+mod split_bodies;
+mod split_parts;
+mod stitching;

@@ -1,0 +1,14 @@
+//! The palette of edits, what it keeps, and how it is taken back.
+
+mod clay;
+mod drafted_tools;
+mod edit_balance;
+mod edit_fields;
+mod edits;
+mod painted_layers;
+mod painting;
+mod pinned_groups;
+mod sculpt_layers;
+mod stiffness_change;
+mod symmetric_strokes;
+mod undo;

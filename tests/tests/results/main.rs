@@ -1,0 +1,14 @@
+//! What a run is given and what it leaves: models, scenes, the command line, files and messages.
+
+mod atomic;
+mod bad_obj;
+mod bad_scene;
+mod cli;
+mod cli_models;
+mod cloth_files;
+mod file_faults;
+mod results;
+mod scenes;
+mod terminal;
+mod trust;
+mod warnings;
