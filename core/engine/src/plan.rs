@@ -3,14 +3,16 @@
 
 mod check;
 mod fibres;
+mod images;
 mod meetings;
 mod probes;
 mod stitches;
 
 pub(crate) use check::strength;
+pub use images::Image;
 pub use probes::Probe;
 
-use crate::body::{Axes, PaintDepth};
+use crate::body::PaintDepth;
 use crate::contact::Meeting;
 use crate::edit::{Command, EditKind, Falloff};
 use crate::scene::{Extent, Release, Scene, SceneError, Source};
@@ -100,8 +102,8 @@ pub struct Plan {
     pub devices: Vec<usize>,
     /// Tools that edits use, as indices in the scene. The mirror image of a tool is an entry of its own.
     pub tools: Vec<usize>,
-    /// For each entry of `tools` that is a mirror image: the entry it mirrors, and the axes.
-    pub mirrors: Vec<Option<(usize, Axes)>>,
+    /// For each entry of `tools` that is a mirror image: the entry it mirrors, and how.
+    pub mirrors: Vec<Option<(usize, Image)>>,
     /// Edits in the order of the scene; one with symmetry is followed by its mirror images.
     pub edits: Vec<Edit>,
     /// Name of the OBJ material of faces that a cut makes inside of a body.
@@ -215,8 +217,8 @@ impl Plan {
                 splits: edit.split.as_ref().is_some_and(|split| *split.get_ref()),
             };
             self.edits.push(planned.clone());
-            for axes in check::images(edit, source)? {
-                let tool = self.tool_index(tool, Some((index, axes)));
+            for image in images::images(edit, source)? {
+                let tool = self.tool_index(tool, Some((index, image)));
                 self.edits.push(Edit { tool, ..planned.clone() });
             }
         }
@@ -235,7 +237,7 @@ impl Plan {
     }
 
     /// Index in `tools` of a tool of the scene, or of its mirror image; adds it if it is new.
-    fn tool_index(&mut self, tool: usize, mirror: Option<(usize, Axes)>) -> usize {
+    fn tool_index(&mut self, tool: usize, mirror: Option<(usize, Image)>) -> usize {
         let known = self.tools.iter().zip(&self.mirrors).position(|of| of == (&tool, &mirror));
         known.unwrap_or_else(|| {
             self.tools.push(tool);

@@ -1,28 +1,19 @@
-//! Mirror symmetry of a model, exact to the last bit.
+//! Mirror symmetry of a model: exact to the last bit in planes normal to axes of the scene, to rounding in others.
 //!
 //! The order of sums in assembly and solver is not symmetric, so the two halves of a symmetric model under mirrored hands differ by the tolerance of
 //! the solver. Vertices are therefore paired with their mirror images, and both get the mean of their displacements. Vertices that one side alone was
 //! moved at, before symmetry was switched on or by an edit without it, are left as they are.
 
-use super::{Model, Skin};
+use super::{Model, Reflection, Skin};
 use pliant_solver::Vec3;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Axes (x, y, z) along which a point is mirrored: those that are `true`.
-pub type Axes = [bool; 3];
-
-/// The vector with its components along `axes` negated.
-pub fn mirrored(mut vector: Vec3, axes: Axes) -> Vec3 {
-    (0..3).filter(|i| axes[*i]).for_each(|i| vector[i] = -vector[i]);
-    vector
-}
-
-/// Vertices of a body paired with their mirror images, for each axis it is symmetric in.
+/// Vertices of a body paired with their mirror images, for each plane it is symmetric in.
 #[derive(Debug, Default)]
 pub struct Symmetry {
-    /// Axes and centre (m) that it was asked for.
-    key: (Axes, Vec3),
+    /// Planes that it was asked for.
+    key: Vec<SymmetryPlane>,
     planes: Vec<MirrorPlane>,
     /// Vertices that have another displacement than their mirror images (n). All images of one are in it, too.
     one_sided: Arc<Vec<bool>>,
@@ -32,10 +23,13 @@ pub struct Symmetry {
     largest_error: f64,
 }
 
+/// A reflection in one plane, and a point (m) on that.
+pub type SymmetryPlane = (Reflection, Vec3);
+
 /// The part of a [`Symmetry`] that changes, for undo.
 #[derive(Clone, Debug)]
 pub(super) struct SymmetryState {
-    key: (Axes, Vec3),
+    key: Vec<SymmetryPlane>,
     one_sided: Arc<Vec<bool>>,
     is_paused: bool,
 }
@@ -43,7 +37,7 @@ pub(super) struct SymmetryState {
 /// Pairs of vertices about one plane.
 #[derive(Debug)]
 struct MirrorPlane {
-    axes: Axes,
+    reflection: Reflection,
     /// Mirror image of each vertex (n).
     partner: Vec<u32>,
 }
@@ -55,24 +49,23 @@ const TOLERANCE: f64 = 1e-6;
 const LARGEST_ERROR: f64 = 1e-4;
 
 impl Symmetry {
-    /// Pairs the vertices of a model about the planes through `centre` (m) normal to each of `axes`. Returns the axes (0 to 2) along which
-    /// the model is not symmetric as well; they are left out. What is displaced on one side now stays so.
-    pub fn new(model: &Model, skin: &Skin, centre: Vec3, axes: Axes) -> (Self, Vec<usize>) {
+    /// Pairs the vertices of a model about each of `wanted`. Returns the planes that the model is not symmetric in as well; they are left out. What is displaced on
+    /// one side now stays so.
+    pub fn new(model: &Model, skin: &Skin, wanted: &[SymmetryPlane]) -> (Self, Vec<SymmetryPlane>) {
         let points = &model.surface.points;
         let (mut planes, mut missing) = (Vec::new(), Vec::new());
-        for axis in (0..3).filter(|i| axes[*i]) {
-            let axes = std::array::from_fn(|i| i == axis);
-            match partners(points, centre, axes) {
-                Some(partner) => planes.push(MirrorPlane { axes, partner }),
-                None => missing.push(axis),
+        for &(reflection, centre) in wanted {
+            match partners(points, centre, reflection) {
+                Some(partner) => planes.push(MirrorPlane { reflection, partner }),
+                None => missing.push((reflection, centre)),
             }
         }
         let mut found = Self {
-            key: (axes, centre),
+            key: wanted.to_vec(),
             planes,
             one_sided: Arc::new(vec![false; points.len()]),
             is_paused: false,
-            largest_error: LARGEST_ERROR * diameter(points, centre),
+            largest_error: LARGEST_ERROR * wanted.iter().map(|plane| diameter(points, plane.1)).fold(0.0, f64::max),
         };
         found.find_one_sided(model, skin);
         (found, missing)
@@ -83,16 +76,16 @@ impl Symmetry {
         let placed = &model.surface.points;
         let mut found = std::mem::take(&mut self.one_sided);
         let all = Arc::make_mut(&mut found);
-        for MirrorPlane { axes, partner } in &self.planes {
+        for MirrorPlane { reflection, partner } in &self.planes {
             for (a, b) in pairs(partner).filter(|pair| is_there(skin, placed, *pair)) {
-                let (own, other) = (skin.x[a] - placed[a], mirrored(skin.x[b] - placed[b], *axes));
+                let (own, other) = (skin.x[a] - placed[a], reflection.vector(skin.x[b] - placed[b]));
                 if (own - other).norm() > self.largest_error {
                     (all[a], all[b]) = (true, true);
                 }
             }
         }
-        // One plane after the other, which gives all images: the planes are normal to each other.
-        for MirrorPlane { partner, .. } in &self.planes {
+        // One plane after the other, which gives all images where the planes are normal to each other, and as many rounds for those that are not.
+        for MirrorPlane { partner, .. } in self.planes.iter().flat_map(|_| &self.planes) {
             for (a, b) in pairs(partner) {
                 let either = all[a] || all[b];
                 (all[a], all[b]) = (either, either);
@@ -110,7 +103,7 @@ impl Symmetry {
 
     /// What is to be kept for undo.
     pub(super) fn save(&self) -> SymmetryState {
-        SymmetryState { key: self.key, one_sided: Arc::clone(&self.one_sided), is_paused: self.is_paused }
+        SymmetryState { key: self.key.clone(), one_sided: Arc::clone(&self.one_sided), is_paused: self.is_paused }
     }
 
     /// Goes back to a saved state; to what the present shape is like where that was saved with another symmetry or without.
@@ -124,19 +117,20 @@ impl Symmetry {
         }
     }
 
-    /// Gives every vertex and its mirror image displacements that are mirror images of each other, to the last bit.
+    /// Gives every vertex and its mirror image displacements that are mirror images of each other: to the last bit along axes of the scene, to
+    /// rounding in other planes.
     pub fn apply(&self, model: &Model, skin: &mut Skin) {
         if self.is_paused {
             return;
         }
         let placed = &model.surface.points;
-        for MirrorPlane { axes, partner } in &self.planes {
+        for MirrorPlane { reflection, partner } in &self.planes {
             for (a, b) in pairs(partner).filter(|(a, _)| !self.one_sided[*a]) {
                 if !is_there(skin, placed, (a, b)) {
                     continue;
                 }
-                let mean = 0.5 * ((skin.x[a] - placed[a]) + mirrored(skin.x[b] - placed[b], *axes));
-                for (v, to) in [(a, placed[a] + mean), (b, placed[b] + mirrored(mean, *axes))] {
+                let mean = 0.5 * ((skin.x[a] - placed[a]) + reflection.vector(skin.x[b] - placed[b]));
+                for (v, to) in [(a, placed[a] + mean), (b, placed[b] + reflection.vector(mean))] {
                     if skin.x[v] != to {
                         skin.x[v] = to;
                         skin.pages.mark(v as u32);
@@ -164,7 +158,7 @@ fn diameter(points: &[Vec3], centre: Vec3) -> f64 {
 }
 
 /// The vertex at the mirror image of each vertex; `None` if a vertex has none.
-fn partners(points: &[Vec3], centre: Vec3, axes: Axes) -> Option<Vec<u32>> {
+fn partners(points: &[Vec3], centre: Vec3, reflection: Reflection) -> Option<Vec<u32>> {
     let size = TOLERANCE * diameter(points, centre);
     if size == 0.0 {
         return None;
@@ -180,7 +174,7 @@ fn partners(points: &[Vec3], centre: Vec3, axes: Axes) -> Option<Vec<u32>> {
         let away = |v: &u32| (points[*v as usize] - centre - wanted).norm();
         near.copied().filter(|v| away(v) <= size).min_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)))
     };
-    let partner: Vec<u32> = points.iter().map(|p| nearest(mirrored(p - centre, axes))).collect::<Option<_>>()?;
+    let partner: Vec<u32> = points.iter().map(|p| nearest(reflection.vector(p - centre))).collect::<Option<_>>()?;
     // Vertices with equal positions, as on a seam, may have the same partner: such a model is not paired.
     let mutual = partner.iter().enumerate().all(|(a, &b)| partner[b as usize] as usize == a);
     mutual.then_some(partner)
@@ -193,8 +187,8 @@ mod tests {
     #[test]
     fn every_vertex_needs_a_mirror_image() {
         let points = [[-1.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 3.0, 0.0]].map(Vec3::from);
-        let axes = [true, false, false];
-        assert_eq!(partners(&points, Vec3::zeros(), axes), Some(vec![1, 0, 2]));
-        assert_eq!(partners(&[points[0], points[2]], Vec3::zeros(), axes), None);
+        let reflection = Reflection::Axes([true, false, false]);
+        assert_eq!(partners(&points, Vec3::zeros(), reflection), Some(vec![1, 0, 2]));
+        assert_eq!(partners(&[points[0], points[2]], Vec3::zeros(), reflection), None);
     }
 }

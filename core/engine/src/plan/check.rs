@@ -1,6 +1,6 @@
 //! Checks of a parsed scene: names, ranges of numbers, keys that belong together.
 
-use crate::body::{Axes, PaintDepth};
+use crate::body::PaintDepth;
 use crate::edit::{Command, EditKind, KeyName, Strength};
 use crate::scene::{
     Amount, BladeScene, BodyScene, DeviceScene, EditScene, Extent, FieldScene, FixedScene, IntegratorChoice, Length,
@@ -85,27 +85,6 @@ pub(super) fn depth(edit: &EditScene, source: &Source) -> Result<PaintDepth, Sce
         })?,
     };
     Check(source).above(thickness, given.span(), "depth", " m").map(|()| PaintDepth::Layer(thickness))
-}
-
-/// The axes of each mirror image of an edit: every non-empty combination of the axes of its `symmetry`.
-///
-/// # Errors
-/// Fails for a text that is not made of different letters x, y and z.
-pub(super) fn images(edit: &EditScene, source: &Source) -> Result<Vec<Axes>, SceneError> {
-    let Some(symmetry) = &edit.symmetry else { return Ok(Vec::new()) };
-    let text = symmetry.get_ref();
-    let axes: Vec<usize> = text.chars().filter_map(|c| "xyz".find(c)).collect();
-    let repeated = (1..axes.len()).any(|i| axes[..i].contains(&axes[i]));
-    if axes.is_empty() || axes.len() != text.chars().count() || repeated {
-        let allowed = "allowed is one or more of x, y and z, such as \"x\" or \"xz\"";
-        return Err(source.error(symmetry.span(), format!("symmetry {text:?}; {allowed}")));
-    }
-    let image = |set: usize| {
-        let mut image = [false; 3];
-        axes.iter().enumerate().for_each(|(bit, axis)| image[*axis] = set >> bit & 1 == 1);
-        image
-    };
-    Ok((1..1 << axes.len()).map(image).collect())
 }
 
 /// Checks with the source for error messages.

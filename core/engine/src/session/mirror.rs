@@ -4,9 +4,11 @@
 
 use super::event::{EventKind, Events};
 use super::{Session, ToolSlot};
-use crate::body::{Axes, Body, Symmetry, mirrored};
+use crate::body::{Axes, Body, Model, Reflection, Symmetry, SymmetryPlane};
+use crate::plan::Image;
 use crate::tool::Hand;
-use nalgebra::{Quaternion, UnitQuaternion};
+use nalgebra::UnitQuaternion;
+use pliant_mesh::Surface;
 use pliant_solver::Vec3;
 
 /// The reflection between a tool and its original.
@@ -14,11 +16,14 @@ use pliant_solver::Vec3;
 pub struct Mirror {
     /// Index of the original tool.
     pub of: usize,
-    /// Axes of the scene that are reflected.
-    pub axes: Axes,
+    /// How the scene asks for it.
+    pub image: Image,
+    /// How it is reflected.
+    pub reflection: Reflection,
     /// A point on all mirror planes, m.
     pub centre: Vec3,
-    /// Whether the tool has a hand: it does not while [`SessionCommand::SetSymmetry`](super::SessionCommand::SetSymmetry) leaves out one of its axes.
+    /// Whether the tool has a hand: it does not while [`SessionCommand::SetSymmetry`](super::SessionCommand::SetSymmetry) leaves out one of its axes, or all
+    /// where it is mirrored in a plane of its own.
     pub is_active: bool,
 }
 
@@ -26,23 +31,9 @@ impl Mirror {
     /// The mirror image of a hand.
     pub fn hand(&self, hand: &Hand) -> Hand {
         let mut image = hand.clone();
-        image.position = self.centre + mirrored(hand.position - self.centre, self.axes);
-        image.rotation = self.rotation(hand.rotation);
+        image.position = self.centre + self.reflection.vector(hand.position - self.centre);
+        image.rotation = self.reflection.rotation(hand.rotation);
         image
-    }
-
-    /// The reflected rotation `M R M` with the reflection M; a rotation axis is a pseudovector.
-    fn rotation(&self, rotation: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
-        let turns = self.axes.iter().filter(|a| **a).count() % 2 == 1;
-        let axis = mirrored(rotation.imag(), self.axes);
-        let axis = if turns { -axis } else { axis };
-        UnitQuaternion::new_unchecked(Quaternion::from_parts(rotation.w, axis))
-    }
-
-    /// The axes as text, such as `x and z`.
-    pub fn words(axes: Axes) -> String {
-        let names: Vec<&str> = ["x", "y", "z"].into_iter().zip(axes).filter(|(_, set)| *set).map(|(n, _)| n).collect();
-        names.join(" and ")
     }
 }
 
@@ -65,16 +56,26 @@ impl Session {
         }
     }
 
-    /// Mirrors hands along `axes` about `centre` (m) from now on, as far as the scene has mirrored tools for it. Returns whether it has any.
+    /// Mirrors hands along `axes` about `centre` (m) from now on, as far as the scene has mirrored tools for it, and in planes of their own where `axes` has any. Returns
+    /// whether it has any.
     pub(super) fn set_symmetry(&mut self, axes: Axes, centre: Vec3) -> bool {
-        let mut has_mirrors = false;
+        let (mut has_mirrors, mut planes) = (false, normal_to(axes, centre));
         for mirror in self.tools.iter_mut().filter_map(|slot| slot.mirror.as_mut()) {
-            mirror.centre = centre;
-            mirror.is_active = (0..3).all(|i| axes[i] || !mirror.axes[i]);
+            match mirror.image {
+                Image::Axes(own) => {
+                    mirror.centre = centre;
+                    mirror.is_active = (0..3).all(|i| axes[i] || !own[i]);
+                }
+                Image::OwnAxis(_) | Image::Plane { .. } => {
+                    mirror.is_active = axes.contains(&true);
+                    let own = planes_of(mirror.reflection, mirror.centre).into_iter().filter(|_| mirror.is_active);
+                    planes.extend(own.filter(|plane| !planes.contains(plane)).collect::<Vec<_>>());
+                }
+            }
             has_mirrors = true;
         }
         if has_mirrors {
-            self.unpaired = Some((axes, centre));
+            self.unpaired = Some(planes);
         }
         has_mirrors
     }
@@ -100,72 +101,89 @@ impl Session {
     /// Pairs the vertices of all bodies about the planes that were set last, if that has not been done: it looks at every vertex, and an editor switches a
     /// scene's symmetry off before the first step.
     pub(super) fn pair_vertices(&mut self) {
-        let Some((axes, centre)) = self.unpaired.take() else { return };
+        let Some(planes) = self.unpaired.take() else { return };
         self.update_surface();
         let time = self.time();
         for body in &mut self.bodies {
-            pair(body, centre, axes, time, &mut self.events);
+            pair(body, &planes, time, &mut self.events);
         }
         // Undo may bring these back.
         for body in self.divided.aside_mut() {
-            body.symmetry = axes.contains(&true).then(|| Symmetry::new(&body.model, &body.skin, centre, axes).0);
+            body.symmetry = (!planes.is_empty()).then(|| Symmetry::new(&body.model, &body.skin, &planes).0);
         }
     }
 }
 
-/// Pairs the vertices of a body about the planes through `centre` (m) normal to each of `axes`; with none its vertices are no longer paired.
-fn pair(body: &mut Body, centre: Vec3, axes: Axes, time: f64, events: &mut Events) {
+/// Pairs the vertices of a body about planes; without any its vertices are no longer paired.
+fn pair(body: &mut Body, planes: &[SymmetryPlane], time: f64, events: &mut Events) {
     body.symmetry = None;
-    if !axes.contains(&true) {
+    if planes.is_empty() {
         return;
     }
-    let (symmetry, missing) = Symmetry::new(&body.model, &body.skin, centre, axes);
-    for axis in missing {
+    let (symmetry, missing) = Symmetry::new(&body.model, &body.skin, planes);
+    for (reflection, centre) in missing {
         events.add(EventKind::Model, time, || {
-            let name = ["x", "y", "z"][axis];
-            format!(
-                "body `{}` is not symmetric in {name} about {} m: hands are mirrored, and the shape is what they make it",
-                body.name, centre[axis]
-            )
+            let (name, words, at) = (&body.name, reflection.words(), centre.as_slice());
+            format!("body `{name}` is not symmetric in {words} about {at:?} m: hands are mirrored, and the shape is what they make it")
         });
     }
     body.symmetry = Some(symmetry);
 }
 
-/// Connects mirrored tools with their originals, with mirror planes through the centre of the first body's bounding box. Returns the axes and the centre (m)
-/// about which vertices are to be paired; `None` without mirrored tools.
-pub(super) fn join(tools: &mut [ToolSlot], mirrors: &[Option<(usize, Axes)>], bodies: &[Body]) -> Option<(Axes, Vec3)> {
-    let body = bodies.first().filter(|_| mirrors.iter().any(Option::is_some))?;
-    let centre = body.model.surface.bounds().centre();
-    let mut all = [false; 3];
-    for (slot, mirror) in tools.iter_mut().zip(mirrors) {
-        let Some((of, axes)) = *mirror else { continue };
-        slot.mirror = Some(Mirror { of, axes, centre, is_active: true });
-        slot.tool.name = format!("{} mirrored in {}", slot.tool.name, Mirror::words(axes));
-        slot.pad = None;
-        if let Some(blade) = &mut slot.tool.blade {
-            blade.direction = mirrored(blade.direction, axes);
-        }
-        (0..3).for_each(|i| all[i] |= axes[i]);
-    }
-    Some((all, centre))
+/// The planes through `centre` (m) normal to each of `axes`.
+fn normal_to(axes: Axes, centre: Vec3) -> Vec<SymmetryPlane> {
+    let single = |axis: usize| Reflection::Axes(std::array::from_fn(|i| i == axis));
+    (0..3).filter(|i| axes[*i]).map(|i| (single(i), centre)).collect()
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_mirrored_hand_has_the_reflected_rotation() {
-        let mirror = Mirror { of: 0, axes: [true, false, false], centre: Vec3::new(1.0, 0.0, 0.0), is_active: true };
-        let mut hand = Hand::new(1.0);
-        hand.position = Vec3::new(3.0, 2.0, 1.0);
-        hand.rotation = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), 0.3);
-        let image = mirror.hand(&hand);
-        assert_eq!(image.position, Vec3::new(-1.0, 2.0, 1.0));
-        for v in [Vec3::x(), Vec3::y(), Vec3::new(0.2, -0.5, 0.7)] {
-            let seen = mirrored(hand.rotation * mirrored(v, mirror.axes), mirror.axes);
-            assert!((image.rotation * v - seen).norm() < 1e-15);
+/// The reflection of a mirror image of a hand, and a point (m) on its planes.
+fn reflection(image: Image, model: &Model) -> SymmetryPlane {
+    let middle = || model.surface.bounds().centre();
+    match image {
+        Image::Axes(axes) => (Reflection::Axes(axes), middle()),
+        Image::Plane { point, normal } => (Reflection::in_plane(normal), point),
+        // Without a rotation the exact one, along the same axis of the scene.
+        Image::OwnAxis(axis) if model.placement.rotation == UnitQuaternion::identity() => {
+            (Reflection::in_plane(Vec3::ith(axis, 1.0)), middle())
         }
+        Image::OwnAxis(axis) => {
+            let bounds = Surface::from_document(&model.document).bounds();
+            let normal = model.placement.rotation * Vec3::ith(axis, 1.0);
+            (Reflection::in_plane(normal), model.placement.apply(bounds.centre()))
+        }
+    }
+}
+
+/// Connects mirrored tools with their originals. Returns the planes about which vertices are to be paired; `None` without mirrored tools.
+pub(super) fn join(
+    tools: &mut [ToolSlot],
+    mirrors: &[Option<(usize, Image)>],
+    bodies: &[Body],
+) -> Option<Vec<SymmetryPlane>> {
+    let body = bodies.first().filter(|_| mirrors.iter().any(Option::is_some))?;
+    let mut all: Vec<SymmetryPlane> = Vec::new();
+    for (slot, mirror) in tools.iter_mut().zip(mirrors) {
+        let Some((of, image)) = *mirror else { continue };
+        let (reflection, centre) = reflection(image, &body.model);
+        slot.mirror = Some(Mirror { of, image, reflection, centre, is_active: true });
+        slot.tool.name = format!("{} mirrored in {}", slot.tool.name, reflection.words());
+        slot.pad = None;
+        if let Some(blade) = &mut slot.tool.blade {
+            blade.direction = reflection.in_own_frame(blade.direction);
+        }
+        for plane in planes_of(reflection, centre) {
+            if !all.contains(&plane) {
+                all.push(plane);
+            }
+        }
+    }
+    Some(all)
+}
+
+/// The planes of a reflection about `centre` (m).
+fn planes_of(reflection: Reflection, centre: Vec3) -> Vec<SymmetryPlane> {
+    match reflection {
+        Reflection::Axes(axes) => normal_to(axes, centre),
+        Reflection::Plane(_) => vec![(reflection, centre)],
     }
 }

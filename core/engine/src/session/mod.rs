@@ -69,7 +69,7 @@ pub use shared::SharedParts;
 pub use stiffness::StiffnessState;
 pub use warning::{Warning, WarningCode};
 
-use crate::body::{Body, Model};
+use crate::body::{Body, Model, SymmetryPlane};
 use crate::contact::{SheetTips, SoftTip};
 use crate::memory::BodyMemory;
 use crate::plan::{Edit, LeftOut, Plan};
@@ -345,8 +345,8 @@ pub struct Session {
     obstacles: Obstacles,
     meetings: Meetings,
     seams: Seams,
-    /// Axes and centre (m) of a symmetry that the next step pairs the vertices of bodies for.
-    unpaired: Option<(crate::body::Axes, Vec3)>,
+    /// Planes of a symmetry that the next step pairs the vertices of bodies for.
+    unpaired: Option<Vec<SymmetryPlane>>,
     ties: Ties,
     scratch: Scratch,
     frame: Frame,

@@ -39,9 +39,9 @@ pub struct EditScene {
     /// How the weight of the edit decreases from the centre to the radius; `smooth` by default.
     #[schemars(with = "Option<Falloff>")]
     pub falloff: Option<Spanned<Falloff>>,
-    /// Axes along which the hand is mirrored about the centre of the first body's box, such as `x` or `xz`; none by default.
-    #[schemars(with = "Option<String>")]
-    pub symmetry: Option<Spanned<String>>,
+    /// Planes in which the hand is mirrored: `x` or `xz`, `{ own = "x" }`, or `{ point = [0, 0, 0], normal = [1, 1, 0] }`; none by default.
+    #[schemars(with = "Option<SymmetryScene>")]
+    pub symmetry: Option<Spanned<SymmetryScene>>,
     /// Strength of the edit, in the unit of its kind.
     #[schemars(with = "Option<Amount>")]
     pub strength: Option<Spanned<Amount>>,
@@ -54,6 +54,30 @@ pub struct EditScene {
     /// Whether each part of the bodies that a `cut` has cut becomes a body of its own at the end of the edit; `false` by default.
     #[schemars(with = "Option<bool>")]
     pub split: Option<Spanned<bool>>,
+}
+
+/// Planes in which a hand is mirrored.
+#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
+#[serde(
+    untagged,
+    deny_unknown_fields,
+    expecting = "axes such as \"x\" or \"xz\", `{ own = \"x\" }`, or `{ point = [0, 0, 0], normal = [1, 0, 0] }`"
+)]
+pub enum SymmetryScene {
+    /// Axes of the scene, one or more of x, y and z: the planes normal to them through the middle of the first body's box.
+    Axes(String),
+    /// A plane of the first body's model, which turns with the body's `rotation`.
+    Own {
+        /// Axis of the model, x, y or z: the plane is normal to it and goes through the middle of the model's box in its file.
+        own: String,
+    },
+    /// A plane of the scene.
+    Plane {
+        /// A point on the plane.
+        point: [Length; 3],
+        /// Normal of the plane, of any length above 0.
+        normal: [f64; 3],
+    },
 }
 
 /// A number in SI units or a text with a unit; the quantity depends on the kind of the edit.
