@@ -2,9 +2,12 @@
 
 mod clay;
 mod drafted_tools;
+mod dragging;
+mod edit_accuracy;
 mod edit_balance;
 mod edit_fields;
 mod edits;
+mod mirrored_edits;
 mod painted_layers;
 mod painting;
 mod pinned_groups;

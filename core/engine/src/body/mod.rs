@@ -52,7 +52,7 @@ pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::{Model, Subdivision};
 pub use pages::{PAGE, PageStamps};
 pub use painted_factors::{FactorChange, PaintedFactors};
-pub use reflection::{Axes, Reflection};
+pub use reflection::{Axes, Reflection, mirrored};
 pub use reshape::RestChange;
 pub use rest_shape::{FlatPart, RestDifference, RestShape};
 pub(crate) use samples::MAX_COLLECTED;
