@@ -35,6 +35,8 @@ PIN_CELLS = 3.0**0.5
 BRUSH_RADII, BRUSH_EDGES = 3.0, 1.5
 # Distance at which an obstacle is met that is not closed and has no inside, over the size of the mesh.
 THICKNESS_SHARE = 5e-3
+# Distance of the blade behind the hand in a cut as wide as the mesh, over the radius of the tool.
+LAG_SHARE = 0.25
 # s, in which a force may rise to its peak.
 RISE = 5e-3
 # s, the longest way of a hand in a frame, as time.
@@ -218,7 +220,8 @@ def scene_of(mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ..
         scene.obstacle(obstacle.name, mesh=obstacle.mesh.vertices, faces=obstacle.mesh.faces(), **keys)
     peak, strengths = PEAK_SHARE * stiffness * radius, pliant.edit_strengths()
     scene.hand(TOOL, peak_force=float(np.clip(peak, 1e-3, 1e4)), stiffness=float(np.clip(4 * stiffness, 1e-3, 1e6)))
-    tool = {"stiffness": stiffness, "speed": SPEED * size, "slew": peak / RISE, "blade": {"length": 4.0 * size}}
+    blade = {"length": 4.0 * size, "toughness": LAG_SHARE * stiffness * radius / size}
+    tool = {"stiffness": stiffness, "speed": SPEED * size, "slew": peak / RISE, "blade": blade}
     if is_sheet:
         tool["mass"] = 0.01
     scene.tool(TOOL, hand=TOOL, radius=radius, **tool)
@@ -410,11 +413,12 @@ class MeshEdit:
         self._live.wait(seen, 1.0)
 
     def take_refusals(self) -> list[str]:
-        """Why parts of cuts were refused since the last call; between strokes."""
+        """Why parts of cuts were refused, or what still holds together, since the last call; between strokes."""
         events = self.session.events()
-        count = events["counts"].get("cut-refused", 0)
+        kinds = ("cut-refused", "cut-held")
+        count = sum(events["counts"].get(kind, 0) for kind in kinds)
         is_new, self._refusals = count > self._refusals, count
-        texts = [event["text"] for event in events["told"] if event["kind"] == "cut-refused"]
+        texts = [event["text"] for event in events["told"] if event["kind"] in kinds]
         return texts[-1:] if is_new else []
 
     def painting(self) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:

@@ -43,6 +43,15 @@ impl Advance {
     }
 }
 
+/// What becomes of a strip that would leave a bridge of a sliver's width, once every snapping has been tried.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Bridges {
+    /// It is cut, and the bridge stays.
+    Allowed,
+    /// It is refused.
+    Refused,
+}
+
 /// Changes by one facet.
 #[derive(Default)]
 struct FacetCut {
@@ -60,6 +69,19 @@ impl CutMesh {
     /// [`Refused`] if the cut is impossible. Mesh and stroke are unchanged, so the next advance spans both. If a blade is refused again and again,
     /// a new stroke from its present position leaves the region between uncut.
     pub fn advance(&mut self, stroke: &mut Stroke, next: Blade) -> Result<Advance, Refused> {
+        self.advance_with(stroke, next, Bridges::Allowed)
+    }
+
+    /// As [`CutMesh::advance`], but refuses what would leave a bridge of a sliver's width across the cut: where no snapping lets the strip begin exactly
+    /// at the end of the last one, or opens all triangles along it.
+    ///
+    /// # Errors
+    /// As for [`CutMesh::advance`].
+    pub fn advance_without_bridges(&mut self, stroke: &mut Stroke, next: Blade) -> Result<Advance, Refused> {
+        self.advance_with(stroke, next, Bridges::Refused)
+    }
+
+    fn advance_with(&mut self, stroke: &mut Stroke, next: Blade, bridges: Bridges) -> Result<Advance, Refused> {
         next.check()?;
         let facets = stroke.facets(&next);
         let first = [self.surface.triangles.len() as u32, self.surface.points.len() as u32];
@@ -69,7 +91,7 @@ impl CutMesh {
         let mut refused = None;
         for snap in self.snaps {
             self.begin_step();
-            match self.sweep(&facets, &stroke.seam, snap) {
+            match self.sweep(&facets, &stroke.seam, snap, bridges) {
                 Ok(done) => {
                     let after =
                         Stroke { blade: next, seam: done.seam, travel: stroke.travel + stroke.blade.way(&next) };
@@ -101,10 +123,16 @@ impl CutMesh {
         Err(refused.unwrap_or(Refused { reason: Refusal::Invalid, entity: "advance", value: 0.0 }))
     }
 
-    fn sweep(&mut self, facets: &[Facet], seam: &[u32], snap: SnapTolerances) -> Result<FacetCut, Refused> {
+    fn sweep(
+        &mut self,
+        facets: &[Facet],
+        seam: &[u32],
+        snap: SnapTolerances,
+        bridges: Bridges,
+    ) -> Result<FacetCut, Refused> {
         let mut all = FacetCut { seam: seam.to_vec(), ..FacetCut::default() };
         for facet in facets {
-            let done = self.cut(facet, &all.seam, snap)?;
+            let done = self.cut(facet, &all.seam, snap, bridges)?;
             all.area += done.area;
             all.length += done.length;
             all.parted.extend(done.parted);
@@ -116,11 +144,17 @@ impl CutMesh {
     }
 
     /// Cuts with one facet.
-    fn cut(&mut self, facet: &Facet, seam: &[u32], snap: SnapTolerances) -> Result<FacetCut, Refused> {
+    fn cut(
+        &mut self,
+        facet: &Facet,
+        seam: &[u32],
+        snap: SnapTolerances,
+        bridges: Bridges,
+    ) -> Result<FacetCut, Refused> {
         let near = self.triangles_near_facet(facet);
         let trace = Trace::new(self, &near, facet, seam, snap);
-        let is_last = snap.on <= self.snaps[2].on;
-        if let Some(node) = trace.beside_seam.filter(|_| !is_last) {
+        let may_bridge = snap.on <= self.snaps[2].on && bridges == Bridges::Allowed;
+        if let Some(node) = trace.beside_seam.filter(|_| !may_bridge) {
             return Err(Refused { reason: Refusal::Crossed, entity: "seam at node", value: f64::from(node) });
         }
         let first = self.surface.triangles.len();
@@ -159,7 +193,7 @@ impl CutMesh {
             new_points
                 .extend(cap.points.iter().map(|point| NewPoint { x: point.x, strip: facet.texture_at(point.flat) }));
         }
-        if let Some(triangle) = self.left_joined(&trace, &lines, facet).filter(|_| !is_last) {
+        if let Some(triangle) = self.left_joined(&trace, &lines, facet).filter(|_| !may_bridge) {
             let value = f64::from(triangle);
             return Err(Refused { reason: Refusal::Invalid, entity: "line at triangle", value });
         }

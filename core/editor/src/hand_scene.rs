@@ -33,7 +33,16 @@ impl HandSettings {
     pub fn slew(&self) -> f64 {
         self.peak_force / RISE
     }
+
+    /// Fracture energy per area that its blade meets, J/m^2: across the whole model it resists with the force that moves the coupling by a share of the
+    /// tool's radius, so that the blade follows the hand as closely in a soft body as in a stiff one.
+    pub fn toughness(&self) -> f64 {
+        LAG_SHARE * self.coupling * self.radius / self.size
+    }
 }
+
+/// Distance of the blade behind the hand in a cut as wide as the model, in radii of the tool.
+const LAG_SHARE: f64 = 0.25;
 
 /// Speed limit of the hand, in model sizes per second of simulated time; high, because a hand is fast relative to a simulation in slow motion.
 const SPEED: f64 = 100.0;
@@ -176,6 +185,7 @@ fn tool(hand: &HandSettings) -> Table {
     let mut blade = InlineTable::new();
     // The blade is long enough to pass through the whole model.
     blade.insert("length", (4.0 * hand.size).into());
+    blade.insert("toughness", hand.toughness().into());
     tool["blade"] = value(blade);
     tool
 }

@@ -3,6 +3,7 @@
 mod cut_parts;
 mod cutting;
 mod cutting_physics;
+mod drawn_cuts;
 mod fragments;
 mod seams;
 mod split_bodies;

@@ -3,6 +3,7 @@
 use super::event::EventKind;
 use super::{CutCounts, Session};
 use crate::body::{Body, Repair};
+use crate::edit::HeldBody;
 use crate::scene::Release;
 use std::time::Instant;
 
@@ -115,6 +116,24 @@ impl Session {
                     let (tool, body) = (&slot.tool.name, &self.bodies[body].name);
                     self.events
                         .add(EventKind::CutRefused, time, || format!("tool `{tool}` in body `{body}`: {refused}"));
+                }
+                if let Some(held) = step.held {
+                    let (tool, body) = (&slot.tool.name, &self.bodies[held.body].name);
+                    let HeldBody { place, width, resistance, pull, .. } = held;
+                    self.events.add(EventKind::CutHeld, time, || {
+                        let why = match resistance > 0.0 {
+                            true => format!(
+                                "the cut resists with {resistance:.3} N and the hand pulls with {pull:.3} N; draw the blade farther, or \
+                                 give it a lower `toughness`"
+                            ),
+                            false => "the mesh cannot be cut there; cut it again beside".to_owned(),
+                        };
+                        let (at, width) = (place.as_slice(), 1e3 * width);
+                        format!(
+                            "tool `{tool}` was drawn right through body `{body}`, whose parts still hold together near {at:?} m, over at \
+                             most {width:.3} mm: {why}"
+                        )
+                    });
                 }
             }
             Err(error) => {

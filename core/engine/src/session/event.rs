@@ -25,6 +25,8 @@ pub enum EventKind {
     ForceLimit,
     /// A cut was refused; the model is unchanged.
     CutRefused,
+    /// A blade was drawn right through a body, and its parts still hold together.
+    CutHeld,
     /// Bodies were to be stitched together and cannot be.
     StitchRefused,
     /// Ties between bodies are gone with the surface that they were on.

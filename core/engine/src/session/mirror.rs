@@ -6,7 +6,7 @@ use super::event::{EventKind, Events};
 use super::{Session, ToolSlot};
 use crate::body::{Axes, Body, Model, Reflection, Symmetry, SymmetryPlane};
 use crate::plan::Image;
-use crate::tool::Hand;
+use crate::tool::{Hand, PreviousPose};
 use nalgebra::UnitQuaternion;
 use pliant_mesh::Surface;
 use pliant_solver::Vec3;
@@ -31,8 +31,13 @@ impl Mirror {
     /// The mirror image of a hand.
     pub fn hand(&self, hand: &Hand) -> Hand {
         let mut image = hand.clone();
-        image.position = self.centre + self.reflection.vector(hand.position - self.centre);
+        let position = |place: Vec3| self.centre + self.reflection.vector(place - self.centre);
+        image.position = position(hand.position);
         image.rotation = self.reflection.rotation(hand.rotation);
+        image.before = hand.before.map(|before| PreviousPose {
+            position: position(before.position),
+            rotation: self.reflection.rotation(before.rotation),
+        });
         image
     }
 }

@@ -50,6 +50,15 @@ impl Frame {
     }
 }
 
+/// Where a hand was in the step before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PreviousPose {
+    /// Position of the hand, m.
+    pub position: Vec3,
+    /// Rotation from axes of the hand to those of the scene.
+    pub rotation: UnitQuaternion<f64>,
+}
+
 /// State of a hand in the scene.
 #[derive(Clone, Debug)]
 pub struct Hand {
@@ -61,6 +70,8 @@ pub struct Hand {
     pub buttons: u32,
     /// Whether a hand is present.
     pub present: bool,
+    /// Pose before the last sample; `None` if the hand was absent then.
+    pub before: Option<PreviousPose>,
     /// Speed limit, m/s.
     pub fastest: f64,
     last_good: f64,
@@ -78,7 +89,7 @@ impl Hand {
     pub fn new(fastest: f64) -> Self {
         let (position, last_good) = (Vec3::zeros(), f64::NEG_INFINITY);
         let rotation = UnitQuaternion::identity();
-        Self { position, rotation, buttons: 0, present: false, fastest, last_good, dropped: 0, slowed: 0 }
+        Self { position, rotation, buttons: 0, present: false, before: None, fastest, last_good, dropped: 0, slowed: 0 }
     }
 
     /// Whether there has been a valid sample.
@@ -90,6 +101,7 @@ impl Hand {
     pub fn leave(&mut self) {
         self.present = false;
         self.buttons = 0;
+        self.before = None;
     }
 
     /// Updates the hand from a sample that is measured at `time` (s), `dt` (s) after the last one.
@@ -100,6 +112,7 @@ impl Hand {
     /// Updates the hand at `time` (s), `dt` (s) after the last sample, from a sample of this `age` (s). An older sample holds for less time.
     pub fn sample_of_age(&mut self, pose: &Pose, frame: &Frame, age: f64, time: f64, dt: f64) {
         let place = frame.to_scene(pose.position.into());
+        self.before = self.present.then_some(PreviousPose { position: self.position, rotation: self.rotation });
         let good = pose.flags & POSE_VALID != 0 && place.iter().all(|c| c.is_finite());
         if !good {
             self.dropped += 1;

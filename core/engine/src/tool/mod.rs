@@ -9,7 +9,7 @@ mod tip;
 #[allow(clippy::module_inception, reason = "the folder is about tools, the file is the tool")]
 mod tool;
 
-pub use hand::{Frame, Hand};
+pub use hand::{Frame, Hand, PreviousPose};
 pub use model::{Blend, ContactModel};
 pub use safety::{
     Budget, Cause, FADE_TIME, ForceLimits, ForceSafety, HandState, HandTurn, Passivity, STALE_AFTER, TorqueSafety,

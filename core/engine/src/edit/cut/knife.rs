@@ -6,11 +6,14 @@
 //! only: a blade that is drawn back and pushed in again continues where it stopped. The reaction acts on the body just ahead of the part of
 //! the edge that is inside.
 
-use super::sheet_intersection::SheetIntersection;
-use crate::body::{Body, Discretization, Lattice, LatticeError};
+use super::body_stroke::{BodyStroke, Bridge, ahead, count_parts, midpoint_displacement, travel};
+use super::cut_step::{AdvanceError, Advanced, CutStep};
+use super::detour::{Detoured, Swept, force, go_around};
+use super::rest_blade::BladeLine;
+use crate::body::{Body, Discretization, LatticeError};
 use crate::tool::Hand;
 use nalgebra::Matrix3;
-use pliant_cut::{Blade, Refused, Stroke};
+use pliant_cut::Blade;
 use pliant_solver::Vec3;
 
 /// Geometry and fracture energies of a blade.
@@ -36,12 +39,14 @@ pub struct Knife {
     pub inside: Option<Inside>,
     /// Cutting resistance, N.
     pub resistance: f64,
-    /// For every body: its stroke, and the blade at the last attempt to advance (b).
-    strokes: Vec<Option<(Stroke, Blade)>>,
+    /// For every body: the swept area in it (b).
+    pub(super) strokes: Vec<Option<BodyStroke>>,
     /// Unit vector of the cutting direction; `None` before the first cut.
     pub heading: Option<Vec3>,
     /// Whether it has been drawn back from where it stopped cutting.
     retracted: bool,
+    /// Whether it has taken its first step since it was lifted.
+    has_begun: bool,
 }
 
 /// The part of a blade inside of a body.
@@ -52,9 +57,9 @@ pub struct Inside {
     /// Points along the edge, from tip to heel, in the rest shape, m (k x 3).
     pub points: Vec<Vec3>,
     /// Position of the tip in the rest shape, m; for a sheet, the tip minus the intersection of blade and sheet.
-    tip: Vec3,
+    pub tip: Vec3,
     /// Rotation from the rest shape to the current shape.
-    rotation: Matrix3<f64>,
+    pub rotation: Matrix3<f64>,
 }
 
 impl Inside {
@@ -64,48 +69,43 @@ impl Inside {
     }
 }
 
-/// Result of one step of cutting.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct CutStep {
-    /// Number of advances that changed a mesh.
-    pub advances: usize,
-    /// Cut area of solids, m^2.
-    pub area: f64,
-    /// Cut length of sheets, m.
-    pub length: f64,
-    /// The last refused advance, with the index of its body.
-    pub refused: Option<(usize, Refused)>,
-}
-
-/// Number of sample points along the edge.
-pub(super) const SAMPLES: usize = 9;
 /// Distance between advances, in cell edges: one voxel of a cut cell.
-const STRIDE: f64 = 0.25;
+pub(super) const STRIDE: f64 = 0.25;
 /// Distance from the last advance, in strides, up to which a refused cut waits for the blade to move on.
 const WAIT_STRIDES: f64 = 3.0;
-/// Distance from the last advance, in strides, from which a refused cut is begun again at the present position.
-const RESTART_STRIDES: f64 = 4.0;
 /// Distance over which the heading turns to a new direction, m.
 const TURN_LENGTH: f64 = 5e-3;
-/// Largest last change of the fixed-point iteration, in cell edges.
-const INVERSION_TOLERANCE: f64 = 0.05;
-/// Fixed-point iterations from a current to a rest position.
-const INVERSION_ITERATIONS: usize = 6;
 
 impl Knife {
     /// A knife in no body, in a scene with `bodies` bodies.
     pub fn new(edge: BladeEdge, bodies: usize) -> Self {
         let strokes = (0..bodies).map(|_| None).collect();
-        Self { edge, tip: Vec3::zeros(), inside: None, resistance: 0.0, strokes, heading: None, retracted: false }
+        Self {
+            edge,
+            tip: Vec3::zeros(),
+            inside: None,
+            resistance: 0.0,
+            strokes,
+            heading: None,
+            retracted: false,
+            has_begun: false,
+        }
     }
 
     /// Ends all strokes; the next cut begins a new one.
     pub fn lift(&mut self) {
-        (self.inside, self.resistance, self.heading, self.retracted) = (None, 0.0, None, false);
+        self.leave();
+        self.has_begun = false;
         self.strokes.fill_with(|| None);
     }
 
-    /// Moves the blade with the hand and cuts. `stiffness` (N/m) is that of the coupling; `last` advances by the unfinished stride too.
+    /// The blade is in no body, and goes with the hand. What it sweeps goes on from there.
+    pub(super) fn leave(&mut self) {
+        (self.inside, self.resistance, self.heading, self.retracted) = (None, 0.0, None, false);
+    }
+
+    /// Moves the blade with the hand and cuts. `stiffness` (N/m) is that of the coupling; `last` advances by the unfinished stride too, and
+    /// finishes what was drawn.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
@@ -118,8 +118,48 @@ impl Knife {
     ) -> Result<CutStep, LatticeError> {
         // Bodies that were split are more than at the beginning of the edit.
         self.strokes.resize_with(bodies.len(), || None);
+        if !std::mem::replace(&mut self.has_begun, true) {
+            self.begin(hand, bodies)?;
+        }
+        let mut step = self.cut_to_hand(hand, stiffness, bodies, last)?;
+        if last {
+            self.finish(hand, stiffness, bodies, &mut step)?;
+        }
+        Ok(step)
+    }
+
+    /// Begins the swept area where the hand was in the step before: a button is pressed somewhere between two samples, and a fast hand goes far
+    /// from one to the next.
+    fn begin(&mut self, hand: &Hand, bodies: &[Body]) -> Result<(), LatticeError> {
+        let Some(before) = hand.before else { return Ok(()) };
+        self.tip = before.position;
+        let line = self.line(&(before.rotation * self.edge.direction));
+        for (stroke, body) in self.strokes.iter_mut().zip(bodies) {
+            if body.cut.is_some()
+                && body.discretization.lattice().is_some()
+                && let Some(rest) = line.at_rest(body, None, false)?
+            {
+                *stroke = BodyStroke::begin(rest.blade, body).ok();
+            }
+        }
+        Ok(())
+    }
+
+    /// The edge in the direction `along`, from the tip to the heel.
+    pub(super) fn line(&self, along: &Vec3) -> BladeLine {
+        BladeLine { tip: self.tip, along: *along, length: self.edge.length }
+    }
+
+    fn cut_to_hand(
+        &mut self,
+        hand: &Hand,
+        stiffness: f64,
+        bodies: &mut [Body],
+        last: bool,
+    ) -> Result<CutStep, LatticeError> {
         let along = hand.rotation * self.edge.direction;
-        self.follow(hand, &along, stiffness, bodies)?;
+        self.move_with_body(bodies)?;
+        self.pull(hand, &along, stiffness);
         let mut step = CutStep::default();
         let was = self.inside.take();
         let (mut resistance, mut waits) = (None, false);
@@ -128,7 +168,7 @@ impl Knife {
                 continue;
             }
             let last_point = was.as_ref().filter(|i| i.body as usize == index).map(|i| i.points[0]);
-            let Some(rest) = self.at_rest(&along, body, last_point)? else {
+            let Some(rest) = self.line(&along).at_rest(body, last_point, self.heading.is_some())? else {
                 self.strokes[index] = None;
                 continue;
             };
@@ -142,32 +182,32 @@ impl Knife {
             }
             // When the blade leaves a body, no later advance would cut the unfinished stride.
             let leaves = self.heading.is_some() && self.inside.is_none();
-            match self.advance(index, RotatedBlade { blade, rotation }, body, last || leaves) {
-                Ok(None) => {}
-                Ok(Some(advanced)) => {
-                    step.advances += usize::from(advanced.has_cut);
-                    step.area += advanced.area;
-                    step.length += advanced.length;
-                    resistance = Some(resistance.unwrap_or(0.0_f64).max(advanced.force));
-                }
-                Err(AdvanceError::Refused(refused)) => step.refused = Some((index, refused)),
-                Err(AdvanceError::Failed(error)) => return Err(error),
+            let advanced = self.advance(index, RotatedBlade { blade, rotation }, body, last || leaves);
+            if let Some(force) = step.add(index, advanced)? {
+                resistance = Some(resistance.unwrap_or(0.0_f64).max(force));
             }
         }
         if self.inside.is_some() {
             self.resistance = resistance.unwrap_or(self.resistance);
         } else if self.heading.is_some() && !waits {
-            self.lift();
+            for (stroke, body) in self.strokes.iter_mut().zip(&*bodies) {
+                // A sheet is met in another place next time, which may be one of another layer.
+                if body.discretization.sheet().is_some() {
+                    *stroke = None;
+                }
+                // Drawn back, the blade has gone where it had cut.
+                if self.retracted {
+                    *stroke = stroke.as_ref().and_then(|stroke| BodyStroke::begin(stroke.mapped, body).ok());
+                }
+            }
+            self.leave();
         }
         Ok(step)
     }
 
-    /// Moves the tip with the body and then towards the hand, against the cutting resistance.
-    fn follow(&mut self, hand: &Hand, along: &Vec3, stiffness: f64, bodies: &[Body]) -> Result<(), LatticeError> {
-        let (Some(inside), Some(heading)) = (&self.inside, self.heading) else {
-            self.tip = hand.position;
-            return Ok(());
-        };
+    /// Moves the tip with the body that it is in.
+    fn move_with_body(&mut self, bodies: &[Body]) -> Result<(), LatticeError> {
+        let (Some(inside), Some(_)) = (&self.inside, self.heading) else { return Ok(()) };
         let body = &bodies[inside.body as usize];
         if let Some(lattice) = body.discretization.lattice()
             && let Some(moved) = lattice.displacement_at(inside.tip, &body.system.nodes)?
@@ -177,6 +217,15 @@ impl Knife {
         if let Discretization::Sheet(_) = &body.discretization {
             self.tip = body.embed_point(inside.points[0])?.now + inside.tip;
         }
+        Ok(())
+    }
+
+    /// Moves the tip towards the hand, against the cutting resistance.
+    pub(super) fn pull(&mut self, hand: &Hand, along: &Vec3, stiffness: f64) {
+        let (Some(_), Some(heading)) = (&self.inside, self.heading) else {
+            self.tip = hand.position;
+            return;
+        };
         let gap = hand.position - self.tip;
         let slide = gap.dot(along) * along;
         let across = gap - slide;
@@ -191,54 +240,10 @@ impl Knife {
         self.tip += moved;
         let turned = heading.lerp(&across.try_normalize(0.0).unwrap_or(heading), (free / TURN_LENGTH).clamp(0.0, 1.0));
         self.heading = turned.try_normalize(0.0).filter(|_| free > 0.0).or(Some(heading));
-        Ok(())
-    }
-
-    /// The blade in the rest shape of a body, with the sample points inside of its cells or the intersection with a sheet. Points in the gap
-    /// between separated parts are inside of neither. `None` far from a sheet.
-    fn at_rest(&self, along: &Vec3, body: &Body, last: Option<Vec3>) -> Result<Option<RestBlade>, LatticeError> {
-        let mut points = Vec::new();
-        let heel = self.tip + self.edge.length * along;
-        let lattice = match &body.discretization {
-            Discretization::Lattice(lattice) => lattice,
-            Discretization::Sheet(sheet) => {
-                let Some(met) = SheetIntersection::find(self.tip, heel, body, sheet, last) else { return Ok(None) };
-                let tip = self.tip - body.embed_point(met.point)?.now;
-                let points = if met.intersects { vec![met.point] } else { points };
-                return Ok(Some(RestBlade {
-                    blade: met.blade,
-                    points,
-                    tip,
-                    in_gap: met.in_gap,
-                    rotation: met.rotation,
-                }));
-            }
-        };
-        let (mut first, mut last, mut drift) = (None, Vec3::zeros(), None);
-        for i in 0..SAMPLES {
-            let s = self.edge.length * i as f64 / (SAMPLES - 1) as f64;
-            let now = self.tip + s * along;
-            // For a body that has moved far, the iteration starts from the mean displacement of its nodes.
-            let mut moved = displacement_at(now, now, lattice, body)?;
-            if moved.is_none() && lattice.is_whole() {
-                let drift = *drift.get_or_insert_with(|| mean_displacement(lattice, body));
-                moved = displacement_at(now, now - drift, lattice, body)?;
-            }
-            let point = moved.map_or(now, |u| now - u);
-            if let Some(u) = moved {
-                first.get_or_insert(u);
-                last = u;
-            }
-            if lattice.is_occupied(point)? {
-                points.push(point);
-            }
-        }
-        let blade = Blade { tip: self.tip - first.unwrap_or_default(), heel: heel - last };
-        Ok(Some(RestBlade { blade, points, tip: blade.tip, in_gap: false, rotation: Matrix3::identity() }))
     }
 
     /// Cuts up to the blade if it has moved by a stride since the last attempt, or at all if `last` is set. `None` if it has not.
-    fn advance(
+    pub(super) fn advance(
         &mut self,
         index: usize,
         blade: RotatedBlade,
@@ -247,10 +252,11 @@ impl Knife {
     ) -> Result<Option<Advanced>, AdvanceError> {
         let RotatedBlade { blade, rotation } = blade;
         let at_rest = |heading: Vec3| rotation.transpose() * heading;
-        let Some((stroke, tried)) = &mut self.strokes[index] else {
-            self.strokes[index] = Some((Stroke::begin(blade).map_err(AdvanceError::Refused)?, blade));
+        let Some(BodyStroke { stroke, previous, tried, mapped, way, bridge, .. }) = &mut self.strokes[index] else {
+            self.strokes[index] = Some(BodyStroke::begin(blade, body).map_err(AdvanceError::Refused)?);
             return Ok(None);
         };
+        *mapped = blade;
         let stride = STRIDE * body.discretization.edge();
         if let Some(heading) = self.heading {
             let progress = ahead(&stroke.blade(), &blade, &at_rest(heading));
@@ -269,113 +275,67 @@ impl Knife {
         *tried = blade;
         let before = stroke.blade();
         let heading = self.heading.map_or_else(Vec3::zeros, at_rest);
-        let advance = match mesh.advance(stroke, blade) {
-            // A longer strip is often cut where this one would leave a sliver. A new stroke is beside the old one where the blade turns, and leaves a
-            // neck between them.
-            Err(_) if !last && travel(&before, &blade) < WAIT_STRIDES * stride => return Ok(None),
-            advance => advance,
+        let mut made = Swept::default();
+        // Elements of a sheet are its triangles: what does not meet the end of a cut there is seen to by wider snapping.
+        let first = match &body.discretization {
+            Discretization::Lattice(_) => mesh.advance_without_bridges(stroke, blade),
+            Discretization::Sheet(_) => mesh.advance(stroke, blade),
         };
-        let advance = advance.or_else(|refused| {
-            // If the stroke cannot continue from the end of its own cut, a new stroke starts 0.2 strides behind it, and if that fails too, at
-            // the present position.
-            let behind = before.moved(-0.2 * stride * heading);
-            let mut again = Stroke::begin(behind)?;
-            let advance = mesh.advance(&mut again, blade);
-            if advance.is_ok() || travel(&before, &blade) > RESTART_STRIDES * stride {
-                *stroke = if advance.is_ok() { again } else { Stroke::begin(blade)? };
+        let taken = match first {
+            Ok(advance) => {
+                *previous = Some(before);
+                made.take(body, &advance)
             }
-            advance.map_err(|_| refused)
-        });
-        let advance = advance.map_err(AdvanceError::Refused)?;
-        let distance = travel(&before, &blade);
-        let energy =
-            if advance.area > 0.0 { self.edge.toughness * advance.area } else { self.edge.tear * advance.length };
-        let has_cut = advance.has_cut();
-        if has_cut {
+            // A longer strip is often cut where this one would leave a sliver.
+            Err(_) if !last && travel(&before, &blade) < WAIT_STRIDES * stride => return Ok(None),
+            Err(refused) => {
+                let parts = bridge.as_ref().map_or_else(|| count_parts(body), |bridge| bridge.parts);
+                let place = before.tip.lerp(&before.heel, 0.5);
+                let mut may_bridge = |width: f64| _ = bridge.get_or_insert(Bridge { place, width, parts });
+                match go_around(body, (stroke, previous), &blade, stride, &mut made) {
+                    Ok(Detoured::Onward) => Ok(()),
+                    Ok(Detoured::Through) => {
+                        may_bridge(stride);
+                        Ok(())
+                    }
+                    Ok(Detoured::Nowhere) => match force(body, stroke, &blade, stride, heading) {
+                        Ok(advance) => {
+                            may_bridge(stride);
+                            made.take(body, &advance)
+                        }
+                        Err(_) => {
+                            let lost = travel(&before, &stroke.blade());
+                            if lost > 0.0 {
+                                may_bridge(lost);
+                            }
+                            return Err(AdvanceError::Refused(refused));
+                        }
+                    },
+                    Err(error) => Err(error),
+                }
+            }
+        };
+        if let Err(error) = taken {
+            if let Some(state) = state {
+                body.restore(&state).map_err(AdvanceError::Failed)?;
+            }
+            return Err(AdvanceError::Failed(error));
+        }
+        let distance = travel(&before, &stroke.blade());
+        let energy = if made.area > 0.0 { self.edge.toughness * made.area } else { self.edge.tear * made.length };
+        if made.has_cut {
+            *way += distance;
             self.heading =
                 self.heading.or_else(|| (rotation * midpoint_displacement(&before, &blade)).try_normalize(0.0));
-            if let Err(error) = body.take_cut(&advance) {
-                if let Some(state) = state {
-                    body.restore(&state).map_err(AdvanceError::Failed)?;
-                }
-                return Err(AdvanceError::Failed(error));
-            }
         }
         let force = if distance > 0.0 { energy / distance } else { 0.0 };
-        Ok(Some(Advanced { force, area: advance.area, length: advance.length, has_cut }))
+        Ok(Some(Advanced { force, area: made.area, length: made.length, has_cut: made.has_cut }))
     }
-}
-
-/// Displacement of the material that is now at the position `now`, m, by fixed-point iteration from the rest position `from` (both in m); `None`
-/// if there is no material.
-fn displacement_at(now: Vec3, from: Vec3, lattice: &Lattice, body: &Body) -> Result<Option<Vec3>, LatticeError> {
-    let (mut point, mut moved, mut gap) = (from, None, f64::INFINITY);
-    for _ in 0..INVERSION_ITERATIONS {
-        let Some(u) = lattice.displacement_at(point, &body.system.nodes)? else { break };
-        let before: Option<Vec3> = moved.replace(u);
-        point = now - u;
-        gap = before.map_or(gap, |before| (u - before).iter().fold(0.0, |g, c| g.max(c.abs())));
-    }
-    Ok(moved.filter(|_| gap <= INVERSION_TOLERANCE * lattice.edge()))
-}
-
-/// Mean displacement of the nodes, m.
-fn mean_displacement(lattice: &Lattice, body: &Body) -> Vec3 {
-    let (nodes, rest) = (&body.system.nodes, &lattice.region().node_rest);
-    let sum: Vec3 = nodes.x.iter().zip(rest).map(|(x, rest)| x - Vec3::from(*rest)).sum();
-    sum / nodes.len().max(1) as f64
-}
-
-/// A blade in the rest shape of a body. Fields are those of [`Inside`].
-struct RestBlade {
-    blade: Blade,
-    points: Vec<Vec3>,
-    tip: Vec3,
-    /// Whether the blade is in the gap of a cut sheet; the stroke then waits until the blade intersects the sheet again.
-    in_gap: bool,
-    rotation: Matrix3<f64>,
 }
 
 /// A blade mapped to the rest shape.
-struct RotatedBlade {
-    blade: Blade,
+pub(super) struct RotatedBlade {
+    pub blade: Blade,
     /// Rotation from the rest shape to the current shape, at the blade.
-    rotation: Matrix3<f64>,
-}
-
-/// A successful advance.
-struct Advanced {
-    /// Cutting resistance, N.
-    force: f64,
-    /// Cut area, m^2.
-    area: f64,
-    /// Cut length, m.
-    length: f64,
-    /// Whether the mesh changed.
-    has_cut: bool,
-}
-
-/// Why an advance failed.
-enum AdvanceError {
-    /// The mesh refused it and is unchanged.
-    Refused(Refused),
-    /// A plugin failed.
-    Failed(LatticeError),
-}
-
-/// Displacement of the midpoint of a blade along a unit vector, m.
-fn ahead(from: &Blade, to: &Blade, heading: &Vec3) -> f64 {
-    midpoint_displacement(from, to).dot(heading)
-}
-
-/// Displacement of the midpoint of a blade, m.
-fn midpoint_displacement(from: &Blade, to: &Blade) -> Vec3 {
-    let midpoint = |blade: &Blade| blade.tip.lerp(&blade.heel, 0.5);
-    midpoint(to) - midpoint(from)
-}
-
-/// Larger one of the distances that the two ends of a blade have moved, m.
-fn travel(from: &Blade, to: &Blade) -> f64 {
-    let moved = |a: Vec3, b: Vec3| (b - a).norm();
-    moved(from.tip, to.tip).max(moved(from.heel, to.heel))
+    pub rotation: Matrix3<f64>,
 }

@@ -1,16 +1,23 @@
 //! Cut: the tool's blade cuts bodies.
 
+mod body_stroke;
+mod cut_step;
+mod detour;
 mod knife;
+mod rest_blade;
 mod sheet_intersection;
+mod stroke_end;
 
-pub use knife::{BladeEdge, CutStep};
+pub use cut_step::{CutStep, HeldBody};
+pub use knife::BladeEdge;
 
 use super::{Action, ActiveBall, BodyPoint, EditKind, Key, KeyName, Step};
 use crate::body::{Body, EmbeddedPoint, LatticeError};
 use crate::plan::Edit;
 use crate::tool::{Hand, Tool, diagonal};
-use knife::{Knife, SAMPLES};
+use knife::Knife;
 use pliant_solver::Vec3;
+use rest_blade::SAMPLES;
 
 /// Cuts with a tool that has a blade.
 pub(super) struct Cut;

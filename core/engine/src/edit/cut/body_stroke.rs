@@ -1,0 +1,71 @@
+//! What a blade sweeps in one body.
+
+use super::rest_blade::mean_displacement;
+use crate::body::Body;
+use pliant_cut::{Blade, Refused, Stroke};
+use pliant_solver::Vec3;
+
+/// The area that a blade sweeps in the rest shape of a body, from where the hand was before the edit to where it is. It has no gaps: it goes on
+/// where the blade is in no body.
+pub struct BodyStroke {
+    /// Position up to which the body is cut.
+    pub stroke: Stroke,
+    /// The blade before the last advance that was made; `None` before the first.
+    pub previous: Option<Blade>,
+    /// The blade at the last attempt to advance.
+    pub tried: Blade,
+    /// The blade as it was mapped to the rest shape last.
+    pub mapped: Blade,
+    /// Mean displacement of a body that is simulated as a whole when the stroke began, m.
+    pub drift: Vec3,
+    /// Length of the way on which it has cut the body, m; 0 if it has not.
+    pub way: f64,
+    /// The first place where the mesh could be cut with a bridge only.
+    pub bridge: Option<Bridge>,
+}
+
+/// Where a stroke may have left a bridge across its cut.
+#[derive(Clone, Copy)]
+pub struct Bridge {
+    /// Middle of the blade there, in the rest shape, m.
+    pub place: Vec3,
+    /// Upper bound of the bridge's width, m.
+    pub width: f64,
+    /// Number of connected parts of the surface before.
+    pub parts: u32,
+}
+
+/// Number of connected parts of a body's surface.
+pub fn count_parts(body: &Body) -> u32 {
+    body.cut.as_ref().map_or(0, |mesh| mesh.surface().shells().iter().max().map_or(0, |last| last + 1))
+}
+
+impl BodyStroke {
+    /// A stroke that begins at `blade`.
+    ///
+    /// # Errors
+    /// Returns why the mesh refuses the blade.
+    pub fn begin(blade: Blade, body: &Body) -> Result<Self, Refused> {
+        let lattice = body.discretization.lattice().filter(|lattice| lattice.is_whole());
+        let drift = lattice.map_or_else(Vec3::zeros, |lattice| mean_displacement(lattice, body));
+        let stroke = Stroke::begin(blade)?;
+        Ok(Self { stroke, previous: None, tried: blade, mapped: blade, drift, way: 0.0, bridge: None })
+    }
+}
+
+/// Displacement of the midpoint of a blade along a unit vector, m.
+pub fn ahead(from: &Blade, to: &Blade, heading: &Vec3) -> f64 {
+    midpoint_displacement(from, to).dot(heading)
+}
+
+/// Displacement of the midpoint of a blade, m.
+pub fn midpoint_displacement(from: &Blade, to: &Blade) -> Vec3 {
+    let midpoint = |blade: &Blade| blade.tip.lerp(&blade.heel, 0.5);
+    midpoint(to) - midpoint(from)
+}
+
+/// Larger one of the distances that the two ends of a blade have moved, m.
+pub fn travel(from: &Blade, to: &Blade) -> f64 {
+    let moved = |a: Vec3, b: Vec3| (b - a).norm();
+    moved(from.tip, to.tip).max(moved(from.heel, to.heel))
+}

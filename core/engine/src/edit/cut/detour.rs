@@ -1,0 +1,199 @@
+//! Ways around what a mesh refuses to cut.
+//!
+//! An advance is refused where its strip meets the mesh in a way that would leave slivers or that cannot be decided. Another strip close to it is
+//! not: the drawn area is then swept with a small bend, and no neck is left. Where even that is refused at the end of the cut, a new stroke begins
+//! behind it on one side and goes through it to the other, so that both cuts are one.
+
+use super::body_stroke::{midpoint_displacement, travel};
+use crate::body::{Body, LatticeError};
+use pliant_cut::{Advance, Blade, Refusal, Refused, Stroke};
+use pliant_solver::Vec3;
+
+/// What several advances have cut together.
+#[derive(Default)]
+pub struct Swept {
+    /// Cut area, m^2.
+    pub area: f64,
+    /// Cut length, m.
+    pub length: f64,
+    /// Whether the mesh changed.
+    pub has_cut: bool,
+}
+
+impl Swept {
+    /// Has the body adopt an advance of its mesh.
+    ///
+    /// # Errors
+    /// Returns the error of the grid or material plugin.
+    pub fn take(&mut self, body: &mut Body, advance: &Advance) -> Result<(), LatticeError> {
+        self.area += advance.area;
+        self.length += advance.length;
+        if !advance.has_cut() {
+            return Ok(());
+        }
+        self.has_cut = true;
+        body.take_cut(advance)
+    }
+}
+
+/// A blade on the way to another one.
+struct Detour {
+    /// Where a new stroke begins; `None` to go on from the end of the present one.
+    start: Option<Blade>,
+    /// Where the strip ends, from which the next one leads on.
+    via: Blade,
+}
+
+/// How far a blade came on detours.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Detoured {
+    /// Not at all.
+    Nowhere,
+    /// On from the end of its cut.
+    Onward,
+    /// Through its own cut, by a strip of another stroke. Where the two strips are twisted against each other a bridge may be left.
+    Through,
+}
+
+/// Most detours on one way.
+const MAX_DETOURS: usize = 8;
+/// Detours from the end of a cut: share of the way, and distances of tip and heel aside, in strides.
+const BENDS: [[f64; 3]; 17] = [
+    [0.5, 0.0, 0.0],
+    [0.75, 0.0, 0.0],
+    [0.25, 0.0, 0.0],
+    [0.5, 0.1, 0.1],
+    [0.5, -0.1, -0.1],
+    [0.8, 0.2, 0.2],
+    [0.8, -0.2, -0.2],
+    [0.3, 0.2, 0.2],
+    [0.3, -0.2, -0.2],
+    [0.6, 0.15, -0.15],
+    [0.6, -0.15, 0.15],
+    [0.9, 0.3, 0.0],
+    [0.9, -0.3, 0.0],
+    [0.4, 0.0, 0.3],
+    [0.4, 0.0, -0.3],
+    [1.0, 0.5, 0.5],
+    [1.0, -0.5, -0.5],
+];
+/// Detours from the end of a cut: share of the way of the tip and of the heel.
+const TILTS: [[f64; 2]; 6] = [[0.6, 0.4], [0.4, 0.6], [0.9, 0.5], [0.5, 0.9], [0.2, 0.7], [0.7, 0.2]];
+/// Detours through a cut: distances behind its end, ahead of it and to each side, in strides.
+const CROSSINGS: [[f64; 3]; 10] = [
+    [1.0, 0.5, 0.15],
+    [1.0, 0.5, -0.15],
+    [2.0, 1.0, 0.3],
+    [2.0, 1.0, -0.3],
+    [0.6, 1.5, 0.2],
+    [0.6, 1.5, -0.2],
+    [1.5, 1.0, 0.5],
+    [1.5, 1.0, -0.5],
+    [3.0, 2.0, 0.8],
+    [3.0, 2.0, -0.8],
+];
+/// Distance of a new stroke behind the refused one, in strides.
+const BEHIND: f64 = 0.2;
+/// Distance from the last advance, in strides, from which a refused cut is begun again at the present position.
+const RESTART_STRIDES: f64 = 4.0;
+
+/// Cuts a solid to the blade `to` on another way than the straight one, which was refused. The stroke is given with the blade before its last
+/// advance; `stride` is in m. Returns how it came any farther; the stroke ends where it came to.
+///
+/// # Errors
+/// Returns the error of the grid or material plugin.
+pub fn go_around(
+    body: &mut Body,
+    (stroke, previous): (&mut Stroke, &mut Option<Blade>),
+    to: &Blade,
+    stride: f64,
+    swept: &mut Swept,
+) -> Result<Detoured, LatticeError> {
+    let mut all = Detoured::Nowhere;
+    if body.discretization.lattice().is_none() {
+        return Ok(all);
+    }
+    for _ in 0..MAX_DETOURS {
+        if stroke.blade() == *to {
+            break;
+        }
+        match bend(body, (stroke, previous), to, stride, swept)? {
+            Detoured::Nowhere => break,
+            Detoured::Onward if all == Detoured::Through => {}
+            detoured => all = detoured,
+        }
+    }
+    Ok(all)
+}
+
+/// Makes the first detour that the mesh allows, and goes on to `to` if it allows that too.
+fn bend(
+    body: &mut Body,
+    (stroke, previous): (&mut Stroke, &mut Option<Blade>),
+    to: &Blade,
+    stride: f64,
+    swept: &mut Swept,
+) -> Result<Detoured, LatticeError> {
+    let from = stroke.blade();
+    for Detour { start, via } in detours(previous.as_ref(), &from, to, stride) {
+        let Some(mesh) = &mut body.cut else { return Ok(Detoured::Nowhere) };
+        let Ok(mut trial) = start.map_or_else(|| Ok(stroke.clone()), Stroke::begin) else { continue };
+        let Ok(advance) = mesh.advance_without_bridges(&mut trial, via) else { continue };
+        (*stroke, *previous) = (trial, Some(start.unwrap_or(from)));
+        let detoured = if start.is_some() { Detoured::Through } else { Detoured::Onward };
+        swept.take(body, &advance)?;
+        let Some(mesh) = &mut body.cut else { return Ok(detoured) };
+        if let Ok(advance) = mesh.advance_without_bridges(stroke, *to) {
+            *previous = Some(via);
+            swept.take(body, &advance)?;
+        }
+        return Ok(detoured);
+    }
+    Ok(Detoured::Nowhere)
+}
+
+/// The detours from one blade to another, in the order in which they are tried. `previous` is the blade before `from`.
+fn detours(previous: Option<&Blade>, from: &Blade, to: &Blade, stride: f64) -> Vec<Detour> {
+    let way = midpoint_displacement(from, to);
+    let Some(aside) = (from.heel - from.tip).cross(&way).try_normalize(0.0) else { return Vec::new() };
+    let between =
+        |tip: f64, heel: f64| Blade { tip: from.tip.lerp(&to.tip, tip), heel: from.heel.lerp(&to.heel, heel) };
+    let bends = BENDS.map(|[share, tip, heel]| {
+        let blade = between(share, share);
+        Blade { tip: blade.tip + tip * stride * aside, heel: blade.heel + heel * stride * aside }
+    });
+    let tilts = TILTS.map(|[tip, heel]| between(tip, heel));
+    let bends = bends.into_iter().chain(tilts).map(|via| Detour { start: None, via });
+    let crossings = CROSSINGS.map(|[behind, beyond, by]| {
+        // Behind the end a new strip begins beside the last one, so that it goes through that all along the blade.
+        let last = previous.map(|previous| (previous, travel(previous, from))).filter(|(_, length)| *length > 0.0);
+        let start = last.map(|(previous, length)| {
+            let share = (behind * stride / length).min(0.9);
+            let back = |from: Vec3, previous: Vec3| from.lerp(&previous, share);
+            Blade { tip: back(from.tip, previous.tip), heel: back(from.heel, previous.heel) }.moved(by * stride * aside)
+        })?;
+        let share = (beyond * stride / travel(from, to)).min(1.0);
+        Some(Detour { start: Some(start), via: between(share, share).moved(-by * stride * aside) })
+    });
+    bends.chain(crossings.into_iter().flatten()).collect()
+}
+
+/// Cuts on even if that leaves a bridge. A cut that cannot be continued at all begins anew just behind its end, and if that is refused too and the blade is
+/// far away, where that is now: what lies between is not cut.
+///
+/// # Errors
+/// Returns why the mesh refuses the advance from behind.
+pub fn force(body: &mut Body, stroke: &mut Stroke, to: &Blade, stride: f64, heading: Vec3) -> Result<Advance, Refused> {
+    let none = Refused { reason: Refusal::Invalid, entity: "mesh", value: 0.0 };
+    let mesh = body.cut.as_mut().ok_or(none)?;
+    if let Ok(advance) = mesh.advance(stroke, *to) {
+        return Ok(advance);
+    }
+    let before = stroke.blade();
+    let mut again = Stroke::begin(before.moved(-BEHIND * stride * heading))?;
+    let advance = mesh.advance(&mut again, *to);
+    if advance.is_ok() || travel(&before, to) > RESTART_STRIDES * stride {
+        *stroke = if advance.is_ok() { again } else { Stroke::begin(*to)? };
+    }
+    advance
+}
