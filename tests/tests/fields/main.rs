@@ -2,4 +2,5 @@
 
 mod fibres;
 mod fields;
+mod mesh_data_fields;
 mod texture_fields;

@@ -7,6 +7,7 @@ mod cli;
 mod cli_models;
 mod cloth_files;
 mod file_faults;
+mod plan_json;
 mod results;
 mod scenes;
 mod terminal;

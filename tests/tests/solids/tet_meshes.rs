@@ -461,7 +461,7 @@ fn what_does_not_work_on_tetrahedra_is_refused() {
     }
     bench.write("scene.toml", body(""));
     let wrong = bench.pliant(&["run", "scene.toml", "--mesh", "box.obj"]).expect(2);
-    wrong.says(&["box.obj", "in the place of that of body `body`; allowed is a tetrahedral mesh (.msh or .vtk)"]);
+    wrong.says(&["box.obj", "in the place of that of body `body`; allowed is a tetrahedral mesh (.msh, .vtk or .vtu)"]);
     let plan = bench.pliant(&["plan", "scene.toml"]).expect(0);
     assert!(
         plan.out.contains("48 tetrahedra")

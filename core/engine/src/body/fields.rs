@@ -51,6 +51,10 @@ pub enum Layer {
     },
     /// A factor for each triangle of the surface.
     Triangles(Vec<f64>),
+    /// A factor for each tetrahedron of the model.
+    Cells(Vec<f64>),
+    /// A factor for each node of the tetrahedra of the model, linear within them.
+    Nodes(Vec<f64>),
     /// A constant factor within some tetrahedra of the model.
     Tetrahedra {
         /// Whether each tetrahedron is one of them.
@@ -77,7 +81,7 @@ impl Layer {
         let of = |all: &[f64]| all.iter().fold([1.0_f64, 1.0], |[low, high], f| [low.min(*f), high.max(*f)]);
         match self {
             Self::Place { factor, .. } | Self::Tetrahedra { factor, .. } => of(&[*factor]),
-            Self::Triangles(all) | Self::Vertices(all) => of(all),
+            Self::Triangles(all) | Self::Vertices(all) | Self::Cells(all) | Self::Nodes(all) => of(all),
             Self::Texture { image, range, .. } => of(&image.range().map(|grey| factor_at(*range, grey))),
         }
     }
@@ -91,18 +95,30 @@ impl Fields {
 
     /// The factor of each parameter at a point of the rest shape (m), in the order of the planes.
     pub fn at(&self, point: Vec3) -> Vec<f64> {
-        let is_on_surface = |layer: &Layer| !matches!(layer, Layer::Place { .. } | Layer::Tetrahedra { .. });
+        let is_on_surface =
+            |layer: &Layer| matches!(layer, Layer::Triangles(_) | Layer::Vertices(_) | Layer::Texture { .. });
+        let is_in_cells = |layer: &Layer| matches!(layer, Layer::Cells(_) | Layer::Nodes(_));
         let FieldSurface { model, tree } = &self.surface;
         let nearest = self.planes.iter().flatten().any(is_on_surface).then(|| {
             let size = model.surface.bounds().longest_edge();
             nearest_triangle(tree, model, &model.surface.points, point, [0.02 * size, 1e3 * size])
         });
         let nearest = nearest.flatten();
+        let cells = model.tetrahedra.as_ref().filter(|_| self.planes.iter().flatten().any(is_in_cells));
+        let located = cells.and_then(|cells| cells.locate(point).map(|(cell, bary)| (cells, cell as usize, bary)));
         let factor = |layer: &Layer| match layer {
             Layer::Place { place, factor } if place.contains(u32::MAX, point) => *factor,
             Layer::Place { .. } => 1.0,
             Layer::Tetrahedra { is_inside, factor } if self.surface.is_in(is_inside, point) => *factor,
             Layer::Tetrahedra { .. } => 1.0,
+            Layer::Cells(all) => located.map_or(1.0, |(_, cell, _)| all[cell]),
+            Layer::Nodes(all) => located.map_or(1.0, |(cells, cell, bary)| {
+                let corners = cells.mesh().tetrahedra[cell].map(|node| all[node as usize]);
+                let [least, most] =
+                    corners.iter().fold([f64::INFINITY, 0.0], |[low, high], f| [f.min(low), f.max(high)]);
+                // A point may be a little outside of all tetrahedra.
+                (0..4).map(|i| bary[i] * corners[i]).sum::<f64>().clamp(least, most)
+            }),
             Layer::Triangles(all) => nearest.map_or(1.0, |nearest| all[nearest.triangle as usize]),
             Layer::Vertices(all) => nearest.map_or(1.0, |nearest| {
                 let corners = model.surface.triangles[nearest.triangle as usize];

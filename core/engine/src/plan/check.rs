@@ -256,6 +256,8 @@ impl Check<'_> {
             field.colour.as_ref().map(|_| "`colour`"),
             field.csv.as_ref().map(|_| "`csv`"),
             field.texture.as_ref().map(|_| "`texture`"),
+            field.data.as_ref().map(|_| "`data`"),
+            field.unit.as_ref().map(|_| "`unit`"),
             field.range.as_ref().map(|_| "`range`"),
             field.factor.as_ref().map(|_| "`factor`"),
         ];
@@ -270,12 +272,14 @@ impl Check<'_> {
                 | ["`csv`"]
                 | ["`texture`"]
                 | ["`texture`", "`range`"]
+                | ["`data`"]
+                | ["`data`", "`unit`"]
         );
         if !is_one {
             let found = if found.is_empty() { "no place".into() } else { found.join(" and ") };
             let text = format!(
                 "`field` has {found}; allowed is `factor` with `box`, with `ball` and `radius` or with `group`, or `colour` or `texture` with \
-                 or without `range`, or `csv`"
+                 or without `range`, or `csv`, or `data` with or without `unit`"
             );
             return self.wrong(span, text);
         }

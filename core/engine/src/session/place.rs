@@ -39,7 +39,8 @@ pub(super) fn model(
     let mut read = |path: &Path| -> Result<ObjDocument, SessionError> {
         check.file(path)?;
         if TetMesh::is_name(&path.to_string_lossy()) != wants {
-            let wanted = if wants { "a tetrahedral mesh (.msh or .vtk), as the body is one" } else { "an OBJ file" };
+            let wanted =
+                if wants { "a tetrahedral mesh (.msh, .vtk or .vtu), as the body is one" } else { "an OBJ file" };
             let text = format!(
                 "the model {} in the place of that of body `{}`; allowed is {wanted}",
                 path.display(),

@@ -5,6 +5,7 @@ mod images;
 mod models;
 mod random;
 mod shape;
+pub mod tet_data;
 pub mod tetrahedra;
 
 pub use images::{grey_png, png, png_bytes};

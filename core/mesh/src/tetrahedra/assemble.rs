@@ -1,6 +1,7 @@
 //! Makes a checked mesh of what a file holds.
 
 use super::boundary;
+use super::data;
 use super::error::TetMeshProblem;
 use super::groups;
 use super::index::NodeIndex;
@@ -96,6 +97,7 @@ pub(super) fn assemble(mut raw: RawMesh) -> Result<TetMesh, Located> {
     vertices.sort_unstable();
     vertices.dedup();
     let groups = groups::collect(&raw, &index);
+    let data = data::collect(&raw, &index, points.len(), &element_number);
     notes.extend(raw.left_out.iter().map(|(kind, count)| Note::LeftOut { kind, count: *count }));
     if !raw.sections.is_empty() {
         notes.push(Note::Sections(raw.sections));
@@ -109,6 +111,7 @@ pub(super) fn assemble(mut raw: RawMesh) -> Result<TetMesh, Located> {
         is_curved,
         element_number,
         groups,
+        data,
         notes,
         boundary,
         vertices,

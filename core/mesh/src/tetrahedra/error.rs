@@ -41,10 +41,12 @@ pub enum TetMeshError {
 pub enum TetMeshProblem {
     /// The file is of no known format.
     #[error(
-        "the file begins with `{found}`; allowed: a Gmsh file (`$MeshFormat`) or a legacy VTK file (`# vtk DataFile Version`); a `.vtu` can be saved as a legacy \
-         `.vtk`"
+        "the file begins with `{found}`; allowed: a Gmsh file (`$MeshFormat`), a legacy VTK file (`# vtk DataFile Version`) or one in XML (`<VTKFile`)"
     )]
     Format { found: String },
+    /// A `.vtu` is no XML that is read.
+    #[error("the XML cannot be read: {problem}; allowed: a `.vtu` of VTK, in UTF-8 and without a document type")]
+    Xml { problem: String },
     /// A version of the format that is not read.
     #[error("{format} version {found}; allowed: {allowed}")]
     Version { format: &'static str, found: String, allowed: &'static str },

@@ -1,11 +1,14 @@
 //! Tetrahedral meshes of files: nodes, tetrahedra and groups, and the surface they bound.
 //!
-//! Formats are those that finite element codes exchange: Gmsh `.msh` 2 and 4.1, text and binary, and legacy VTK `.vtk`. The readers are ours. Of the crates
-//! there are, `mshio` reads version 4.1 alone and skips the names of groups, `vtkio` stops at binary and text without lines in its errors, and a finite
-//! element mesh wants an error that names the file, the line and the element.
+//! Formats are those that finite element codes exchange: Gmsh `.msh` 2 and 4.1, text and binary, legacy VTK `.vtk`, and its XML `.vtu`. The readers are ours. Of the
+//! crates there are, `mshio` reads version 4.1 alone and skips the names of groups, `vtkio` stops at binary and text without lines in its errors, and a finite
+//! element mesh wants an error that names the file, the line and the element. XML, base64 and zlib are those of `roxmltree`, `base64` and `flate2`.
 
 mod assemble;
 mod boundary;
+mod data;
+#[cfg(test)]
+mod data_tests;
 mod error;
 mod groups;
 mod index;
@@ -18,10 +21,14 @@ mod raw;
 #[cfg(test)]
 mod tests;
 mod vtk;
+mod vtk_data;
+mod vtu;
+mod vtu_array;
 mod words;
 mod write;
 
 pub use boundary::{FACES, NO_NEIGHBOUR, neighbours};
+pub use data::{DataPlace, MeshData};
 pub use error::{TetMeshError, TetMeshProblem};
 pub use groups::Group;
 pub use notes::Note;
@@ -52,6 +59,8 @@ pub struct TetMesh {
     pub element_number: Vec<u64>,
     /// Named parts of the mesh, in the order of their dimensions and tags.
     pub groups: Vec<Group>,
+    /// Numbers that the file gives at nodes and elements, in its order.
+    pub data: Vec<MeshData>,
     /// What the file holds besides, and what was changed of it.
     pub notes: Vec<Note>,
     /// Corners of the boundary, counter-clockwise seen from outside, as nodes, in the order of their tetrahedra (b x 3).
@@ -61,8 +70,7 @@ pub struct TetMesh {
 }
 
 impl TetMesh {
-    /// Whether a file name has the ending of a tetrahedral mesh, `.msh`, `.vtk` or `.vtu`, in small or large letters. The last one is not read, and the error of
-    /// [`TetMesh::read`] says so.
+    /// Whether a file name has the ending of a tetrahedral mesh, `.msh`, `.vtk` or `.vtu`, in small or large letters.
     pub fn is_name(name: &str) -> bool {
         let ending = Path::new(name).extension().map(|ending| ending.to_ascii_lowercase());
         ending.is_some_and(|ending| ["msh", "vtk", "vtu"].iter().any(|known| ending == *known))
@@ -83,7 +91,14 @@ impl TetMesh {
     /// [`TetMeshError`] with file, line, entity and value for a format that is not read, numbers that are not finite, nodes that are not there, cells with a volume
     /// other than tetrahedra of four or of ten nodes, both beside each other, flat or folded tetrahedra, and tetrahedra that overlap or do not fit together.
     pub fn parse(bytes: &[u8], name: &Path) -> Result<Self, TetMeshError> {
-        let parsed = if bytes.starts_with(b"# vtk") { vtk::parse(bytes) } else { msh::parse(bytes) };
+        let mut parsed = match bytes {
+            _ if bytes.starts_with(b"# vtk") => vtk::parse(bytes),
+            _ if vtu::is_xml(bytes) => vtu::parse(bytes),
+            _ => msh::parse(bytes),
+        };
+        if let Ok(raw) = &mut parsed {
+            data::RawData::find_lines(&mut raw.data, bytes);
+        }
         let at_line =
             |(at, problem)| TetMeshError::Line { file: name.into(), line: words::line_at(bytes, at), problem };
         parsed.and_then(assemble::assemble).map(|mesh| Self { name: name.into(), ..mesh }).map_err(at_line)

@@ -1,8 +1,9 @@
 //! The Gmsh format: its sections, and what versions 2 and 4.1 have in common.
 
+use super::data::{DataPlace, RawData};
 use super::error::TetMeshProblem;
 use super::raw::{CellFacts, CellKind, RawMesh};
-use super::words::{Encoding, Located, Words, shorten};
+use super::words::{Encoding, Located, NumberType, Words, shorten};
 use super::{msh2, msh4};
 
 /// A version of the format.
@@ -101,6 +102,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
             (b"Entities", Version::FourOne) => entities = msh4::entities(&mut words)?,
             (b"Nodes", Version::FourOne) => msh4::nodes(&mut words, &mut mesh)?,
             (b"Elements", Version::FourOne) => msh4::elements(&mut words, &entities, &mut mesh)?,
+            (b"NodeData", _) => data(&mut words, encoding, (DataPlace::Nodes, at), &mut mesh)?,
+            (b"ElementData", _) => data(&mut words, encoding, (DataPlace::Elements, at), &mut mesh)?,
             _ => {
                 if name != b"Comments" {
                     mesh.sections.push(shorten(section));
@@ -180,6 +183,58 @@ fn physical_names(words: &mut Words<'_>, mesh: &mut RawMesh) -> Result<(), Locat
             return Err((at, TetMeshProblem::Word { entity, found: shorten(rest.as_bytes()), allowed }));
         };
         mesh.names.insert((dimension, tag), name.to_owned());
+    }
+    Ok(())
+}
+
+/// Reads `$NodeData` or `$ElementData`, whose tags are text in binary files too: the first text is the name, the second and third whole number are those of components and of
+/// entries.
+fn data(
+    words: &mut Words<'_>,
+    encoding: Encoding,
+    (place, at): (DataPlace, usize),
+    mesh: &mut RawMesh,
+) -> Result<(), Located> {
+    words.encoding = Encoding::Text;
+    let texts = words.size("the number of texts of an array")?;
+    let mut name = String::new();
+    for number in 0..texts {
+        let text = words.quoted("the name of an array")?;
+        if number == 0 {
+            name = text;
+        }
+    }
+    for _ in 0..words.size("the number of real tags of an array")? {
+        words.real("a real tag of an array", false)?;
+    }
+    let whole = words.size("the number of whole tags of an array")?;
+    let (mut components, mut count) = (0, 0);
+    for number in 0..whole {
+        let value = words.size("a whole tag of an array")?;
+        match number {
+            1 => components = value,
+            2 => count = value,
+            _ => {}
+        }
+    }
+    words.line(); // binary numbers begin after the end of the line
+    words.encoding = encoding;
+    let shown = shorten(name.as_bytes());
+    let (tag, entity) = (format!("the tag of a value of array `{shown}`"), format!("a value of array `{shown}`"));
+    let mut values = Vec::with_capacity(words.capacity(count) / 4);
+    for _ in 0..count {
+        let number = words.count(&tag)?;
+        for component in 0..components {
+            let value = words.number(&entity, NumberType::F64)?;
+            if component == 0 {
+                values.push((number, value));
+            }
+        }
+    }
+    if components == 1 {
+        mesh.data.push(RawData { name, place, at, line: 0, values });
+    } else {
+        mesh.sections.push(format!("`{shown}` of {components} components at {place}"));
     }
     Ok(())
 }

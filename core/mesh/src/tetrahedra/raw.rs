@@ -1,5 +1,6 @@
 //! What a file holds, before it is checked: nodes and cells with the bytes they are at.
 
+use super::data::RawData;
 use super::error::TetMeshProblem;
 use super::words::Located;
 use crate::geometry::Vec3;
@@ -27,6 +28,8 @@ pub(super) struct RawMesh {
     pub names: BTreeMap<(u32, i32), String>,
     /// Number of cells of kinds that bound no volume and are left out, by kind.
     pub left_out: BTreeMap<&'static str, usize>,
+    /// Numbers at nodes and cells.
+    pub data: Vec<RawData>,
     /// Sections that are not read.
     pub sections: Vec<String>,
     /// Length of the file, bytes.

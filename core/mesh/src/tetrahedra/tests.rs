@@ -206,7 +206,8 @@ fn what_is_not_allowed_is_named_with_its_line() {
         ),
         (one(FOUR, TET).replace("$EndElements\n", ""), "the file ends where `$EndElements` is expected"),
         (one(FOUR, TET) + "$Nodes\n0\n$EndNodes\n", "the section $Nodes is there twice"),
-        (one(FOUR, TET) + "$NodeData\n1\n", "the file ends where `$EndNodeData` is expected"),
+        (one(FOUR, TET) + "$NodeData\n1\n", "the file ends where the name of an array is expected"),
+        (one(FOUR, TET) + "$Periodic\n1\n", "the file ends where `$EndPeriodic` is expected"),
         (
             one(FOUR, TET).replace("$Elements", "$PhysicalNames\n1\n2 1 side\n$EndPhysicalNames\n$Elements"),
             "a physical name: `side`",

@@ -1,7 +1,9 @@
 //! The legacy VTK format: unstructured grids, as text or binary, with cells in one list (versions 2 to 4.2) or as offsets and connectivity (5.1).
 
+use super::data::DataPlace;
 use super::error::TetMeshProblem;
 use super::raw::{CellFacts, CellKind, NO_TAGS, RawMesh};
+use super::vtk_data;
 use super::words::{Encoding, Located, Words, shorten};
 
 /// Kinds of cells: type, name, dimension and number of nodes (VTK file formats, "vtkCellType.h"); 0 for a kind of any number of nodes.
@@ -89,10 +91,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
                 while !words.line().trim_ascii().is_empty() {}
             }
             b"FIELD" => fields(&mut words, encoding)?,
-            // Values at points and cells come last.
-            b"POINT_DATA" | b"CELL_DATA" => {
-                mesh.sections.push(shorten(keyword));
-                break;
+            b"POINT_DATA" => vtk_data::read(&mut words, encoding, DataPlace::Nodes, mesh.nodes.len(), &mut mesh)?,
+            b"CELL_DATA" => {
+                let count = cells.as_ref().map_or(0, |cells: &Cells| cells.offsets.len().saturating_sub(1));
+                vtk_data::read(&mut words, encoding, DataPlace::Elements, count, &mut mesh)?;
             }
             _ => {
                 let allowed = "DATASET, FIELD, POINTS, CELLS, CELL_TYPES, METADATA, POINT_DATA or CELL_DATA";
@@ -226,13 +228,7 @@ fn fields(words: &mut Words<'_>, encoding: Encoding) -> Result<(), Located> {
             }
             continue;
         }
-        let size = match of {
-            b"char" | b"unsigned_char" => 1,
-            b"short" | b"unsigned_short" => 2,
-            b"int" | b"unsigned_int" | b"float" | b"vtktypeint32" => 4,
-            b"long" | b"unsigned_long" | b"double" | b"vtktypeint64" | b"vtkIdType" => 8,
-            _ => return Err(word(at, "the type of an array", of, "an integer or floating point type of VTK")),
-        };
+        let size = vtk_data::number_type(of, at)?.size() as u64;
         let bytes = usize::try_from(numbers.saturating_mul(size)).unwrap_or(usize::MAX);
         words.skip_bytes(bytes, "the numbers of an array")?;
     }
@@ -252,19 +248,34 @@ fn push_cells(cells: &Cells, types: &[u64], types_at: usize, mesh: &mut RawMesh)
         return Err((types_at, problem));
     }
     for (cell, &of) in types.iter().enumerate() {
-        let (number, at) = (cell as u64, cells.at[cell]);
+        let facts = CellFacts { number: cell as u64, at: cells.at[cell], tags: NO_TAGS };
         let nodes = &cells.connectivity[cells.offsets[cell]..cells.offsets[cell + 1]];
-        let Some(&(_, name, dimension, corners)) = KINDS.iter().find(|(kind, ..)| *kind == of) else {
-            return Err((types_at, TetMeshProblem::Kind { number, found: of.cast_signed() }));
-        };
-        if corners != 0 && corners != nodes.len() {
-            let entity = format!("cell {number}, a {name}");
-            let found = format!("{} nodes", nodes.len());
-            return Err((at, TetMeshProblem::Word { entity, found, allowed: "as many nodes as its type has" }));
-        }
-        // A set of one point, or a polygon of three, is no cell that groups or faces are made of.
-        let nodes = if corners == 0 { &[][..] } else { nodes };
-        mesh.push(CellKind { name, dimension, corners }, nodes, CellFacts { number, at, tags: NO_TAGS })?;
+        push_cell(mesh, of, types_at, nodes, facts)?;
     }
     Ok(())
+}
+
+/// Gives a cell to the mesh by its type, which is at the byte `type_at`.
+///
+/// # Errors
+/// A type that the format does not define or that has another number of nodes, and those of [`RawMesh::push`].
+pub(super) fn push_cell(
+    mesh: &mut RawMesh,
+    of: u64,
+    type_at: usize,
+    nodes: &[u64],
+    facts: CellFacts,
+) -> Result<(), Located> {
+    let CellFacts { number, at, .. } = facts;
+    let Some(&(_, name, dimension, corners)) = KINDS.iter().find(|(kind, ..)| *kind == of) else {
+        return Err((type_at, TetMeshProblem::Kind { number, found: of.cast_signed() }));
+    };
+    if corners != 0 && corners != nodes.len() {
+        let entity = format!("cell {number}, a {name}");
+        let found = format!("{} nodes", nodes.len());
+        return Err((at, TetMeshProblem::Word { entity, found, allowed: "as many nodes as its type has" }));
+    }
+    // A set of one point, or a polygon of three, is no cell that groups or faces are made of.
+    let nodes = if corners == 0 { &[][..] } else { nodes };
+    mesh.push(CellKind { name, dimension, corners }, nodes, facts)
 }

@@ -16,6 +16,52 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
+/// Types of the numbers of arrays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum NumberType {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl NumberType {
+    /// Size, bytes.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+
+    /// The number in bytes, of [`NumberType::size`] or more, the least significant first. Whole numbers of 8 bytes are rounded.
+    pub(super) fn of_bytes(self, bytes: &[u8]) -> f64 {
+        let mut all = [0; 8];
+        all.iter_mut().zip(&bytes[..self.size().min(bytes.len())]).for_each(|(to, from)| *to = *from);
+        let bits = u64::from_le_bytes(all);
+        match self {
+            Self::I8 => f64::from(bits as i8),
+            Self::U8 => f64::from(bits as u8),
+            Self::I16 => f64::from(bits as i16),
+            Self::U16 => f64::from(bits as u16),
+            Self::I32 => f64::from(bits as i32),
+            Self::U32 => f64::from(bits as u32),
+            Self::I64 => bits as i64 as f64,
+            Self::U64 => bits as f64,
+            Self::F32 => f64::from(f32::from_bits(bits as u32)),
+            Self::F64 => f64::from_bits(bits),
+        }
+    }
+}
+
 /// A position in the bytes of a file.
 #[derive(Clone, Debug)]
 pub(super) struct Words<'a> {
@@ -185,6 +231,53 @@ impl<'a> Words<'a> {
         };
         let wrong = || (at, TetMeshProblem::Word { entity: entity.into(), found: value.to_string(), allowed: ALLOWED });
         if value.is_finite() { Ok(value) } else { Err(wrong()) }
+    }
+
+    /// A number of this type, which may be infinite or none: of an array that nobody may ask for.
+    ///
+    /// # Errors
+    /// The end of the file and another word.
+    pub(super) fn number(&mut self, entity: &str, of: NumberType) -> Result<f64, Located> {
+        if self.encoding == Encoding::Text {
+            return self.parsed(entity, "a number", |word| word.parse().ok());
+        }
+        let mut bytes = [0; 8];
+        let taken = self.take(of.size(), entity)?;
+        bytes.iter_mut().zip(taken).for_each(|(to, from)| *to = *from);
+        if self.encoding == Encoding::BigEndian {
+            bytes[..of.size()].reverse();
+        }
+        Ok(of.of_bytes(&bytes))
+    }
+
+    /// A text in quotes, on one line.
+    ///
+    /// # Errors
+    /// The end of the file and another word.
+    pub(super) fn quoted(&mut self, entity: &str) -> Result<String, Located> {
+        let (word, at) = self.expect(entity)?;
+        let rest = &self.bytes[at..];
+        let length = rest.iter().skip(1).position(|byte| *byte == b'"' || *byte == b'\n');
+        match length.filter(|length| rest[0] == b'"' && rest[length + 1] == b'"') {
+            Some(length) => {
+                self.at = at + length + 2;
+                Ok(String::from_utf8_lossy(&rest[1..=length]).into_owned())
+            }
+            None => {
+                let (entity, allowed) = (entity.into(), "a text in quotes on one line");
+                Err((at, TetMeshProblem::Word { entity, found: shorten(word), allowed }))
+            }
+        }
+    }
+
+    /// Moves to a byte.
+    pub(super) fn go_to(&mut self, at: usize) {
+        self.at = at.min(self.bytes.len());
+    }
+
+    /// Moves to the end of the file.
+    pub(super) fn go_to_end(&mut self) {
+        self.at = self.bytes.len();
     }
 
     /// Three finite numbers, as [`Words::real`].

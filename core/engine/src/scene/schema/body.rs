@@ -15,7 +15,7 @@ pub struct BodyScene {
     #[serde(default = "default_body")]
     #[schemars(with = "String")]
     pub name: Spanned<String>,
-    /// Path of the file of the model, relative to the scene: an OBJ file, or a tetrahedral mesh (`.msh` of Gmsh or legacy `.vtk`), which is simulated as it is. Give
+    /// Path of the file of the model, relative to the scene: an OBJ file, or a tetrahedral mesh (`.msh` of Gmsh, legacy `.vtk` or `.vtu`), which is simulated as it is. Give
     /// either this or `shape`.
     #[schemars(with = "Option<String>")]
     pub mesh: Option<Spanned<String>>,
@@ -287,7 +287,7 @@ pub struct FixedScene {
     pub path: Vec<[f64; 4]>,
 }
 
-/// A factor of a material parameter that varies over the body. Give one of `box`, `ball`, `group`, `colour`, `csv` and `texture`.
+/// A factor of a material parameter that varies over the body. Give one of `box`, `ball`, `group`, `colour`, `csv`, `texture` and `data`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct FieldScene {
@@ -317,6 +317,13 @@ pub struct FieldScene {
     /// A grey PNG image, relative to the scene, by the texture coordinates (`vt`) at the nearest place of the surface.
     #[schemars(with = "Option<String>")]
     pub texture: Option<Spanned<String>>,
+    /// Numbers that the file of a tetrahedral mesh has at its nodes, linear between them, or at its elements: the name of their array. Factors, or with `unit` values of
+    /// the parameter, 0.1 to 10 times that of the material.
+    #[schemars(with = "Option<String>")]
+    pub data: Option<Spanned<String>>,
+    /// Unit of the values of `data`, as `kPa`.
+    #[schemars(with = "Option<String>")]
+    pub unit: Option<Spanned<String>>,
 }
 
 impl FieldScene {

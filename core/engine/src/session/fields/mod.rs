@@ -1,11 +1,13 @@
 //! Fields of a scene: which parameter of a body's material differs, where, and by what factor.
 
+mod mesh_data;
 mod on_surface;
 mod painted;
 
 use super::shared::SharedModel;
 use crate::body::{FieldSurface, Fields, Layer, Place};
 use crate::scene::{BodyScene, FieldScene, Length, SceneError, Source};
+use mesh_data::ArrayField;
 use on_surface::SurfaceSource;
 pub(super) use painted::{check_paint_range, refusal};
 use pliant_host::{ParamKind, ParamSettings, ParamValue, PluginInfo};
@@ -45,7 +47,10 @@ pub(super) fn fields(
             );
             return Err(source.error(field.param.span(), text));
         };
-        let layer = layer(spanned, source, shared)?;
+        let layer = match &field.data {
+            Some(data) => ArrayField { data, unit: field.unit.as_ref(), key, source, shared }.layer(info, settings)?,
+            None => layer(spanned, source, shared)?,
+        };
         check_range(field, source, info, settings, &layer)?;
         planes[plane].push(layer);
     }
