@@ -390,7 +390,9 @@ fn browse(purpose: Purpose, path: &str, context: egui::Context) -> Option<Receiv
             dialog = dialog.set_directory(folder);
         }
         let answer = match purpose {
-            Purpose::Open => dialog.add_filter(strings::MODELS_AND_SCENES, &["obj", "msh", "vtk", "vtu", "toml"]).pick_file(),
+            Purpose::Open => {
+                dialog.add_filter(strings::MODELS_AND_SCENES, &["obj", "msh", "vtk", "vtu", "toml"]).pick_file()
+            }
             Purpose::Reference => dialog.add_filter(strings::IMAGES, &["png", "jpg", "jpeg"]).pick_file(),
             Purpose::SaveAs | Purpose::SaveSession | Purpose::Export => {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
