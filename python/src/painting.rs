@@ -23,7 +23,7 @@ impl Painting {
         Ok(Self { pinned: body.pinned_vertices().collect(), factors })
     }
 
-    /// Pinned vertices.
+    /// Pinned vertices of the model, ascending (k).
     pub fn pinned_array<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
         PyArray1::from_slice(py, &self.pinned)
     }

@@ -195,7 +195,7 @@ pub struct ActiveBall {
 /// A request to tie the body that a tool touches to those that face it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StitchRequest {
-    /// The contact.
+    /// Surface point of a body that the tool touches.
     pub at: BodyPoint,
     /// Radius around it within which points are tied, m.
     pub radius: f64,

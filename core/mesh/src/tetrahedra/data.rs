@@ -9,9 +9,9 @@ use std::fmt;
 /// Where an array has its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DataPlace {
-    /// At nodes.
+    /// One number for each node of the mesh.
     Nodes,
-    /// At elements.
+    /// One number for each tetrahedron of the mesh.
     Elements,
 }
 

@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// Pins and painted factors; shared with saved states until they change.
 #[derive(Clone, Default)]
 pub(super) struct SheetPaint {
-    /// Pinned vertices.
+    /// Vertices of the model that a stroke has pinned, ascending.
     pub(super) pins: Arc<BTreeSet<u32>>,
     /// Factors by triangle of the model.
     pub(super) factors: Arc<PaintedFactors>,

@@ -20,9 +20,9 @@ pub(super) struct Share {
 pub(super) enum FeatureKey {
     /// A vertex and a triangle.
     VertexTriangle([(u32, u32); 4]),
-    /// Two edges.
+    /// Two edges that cross, by the bodies and vertices of their ends.
     EdgeEdge([(u32, u32); 4]),
-    /// A tie.
+    /// A tie, by its number, which stays from step to step.
     Tie(u32),
 }
 

@@ -35,7 +35,7 @@ pub struct TieRow {
     pub number: u32,
     /// Places of the bodies among the members.
     pub members: [usize; 2],
-    /// The points.
+    /// The tied points on the surfaces of these bodies.
     pub points: [TiePoint; 2],
     /// Part of the displacement of the first point from the second, as it is at the start of the step, that is left at its end; `None` for the displacement `gap`.
     pub share: Option<f64>,

@@ -19,7 +19,7 @@ pub struct BladeLine {
 
 /// A blade in the rest shape of a body.
 pub struct RestBlade {
-    /// The edge.
+    /// The edge of the blade, its ends moved by the displacements of the material there, m.
     pub blade: Blade,
     /// Points along the edge inside of the body, from tip to heel, m (k x 3).
     pub points: Vec<Vec3>,
