@@ -130,7 +130,7 @@ impl Session {
             measured_keys: Vec::new(),
             seams: Vec::new(),
             memory: MemoryAccount::new(options.memory),
-            regions: plan.tools.len() + plan.mirrors.len(),
+            regions: plan.tools.len(),
             is_implicit: scene.time.integrator.scheme().is_none_or(Scheme::is_implicit),
         };
         let (mut models, mut subdivisions) = (Vec::new(), Vec::new());
