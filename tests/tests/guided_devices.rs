@@ -4,7 +4,7 @@ use nalgebra::UnitQuaternion;
 use pliant_editor::{Draft, DraftMaterial, SOLIDS, SolidPreset, stroke_button};
 use pliant_engine::edit::KINDS;
 use pliant_engine::scene::Release;
-use pliant_engine::session::{HandPose, Session};
+use pliant_engine::session::{HandPose, Session, SessionCommand};
 use pliant_host::{DeviceInfo, EffectorOutput, POSE_VALID, Pose};
 use pliant_live::{DeviceScale, Guide, GuidedDevice, HapticDevice, PointerDevice, StopDevice};
 use pliant_mesh::testing::Random;
@@ -169,7 +169,7 @@ fn the_hand_follows_the_view_smoothly() {
     assert!((last - end).norm() < 0.005, "{last:?} {end:?}");
 }
 
-/// A session on a cube of this size (m), drafted as an editor does, and its draft.
+/// A session on a cube of this size (m), drafted as an editor does and without symmetry, and its draft.
 fn drafted(size: f64, solid: &SolidPreset) -> (Session, Draft) {
     let bench = Bench::new();
     let cube = generate::cuboid(8, [size; 3]).expect("a cube");
@@ -179,7 +179,9 @@ fn drafted(size: f64, solid: &SolidPreset) -> (Session, Draft) {
     let plugin = if solid.flow.is_some() { "neo-hookean" } else { "mass-spring" };
     let material = DraftMaterial::Solid { plugin: plugin.into(), preset: *solid, level: 4 };
     let draft = Draft { mesh: bench.path("cube.obj"), scale: 1.0, size, subdivide: false, material, dt: 1e-3 };
-    (open_file(&bench.write("scene.toml", draft.to_toml(&bench.path(""))), 1, None), draft)
+    let mut session = open_file(&bench.write("scene.toml", draft.to_toml(&bench.path(""))), 1, None);
+    session.apply(SessionCommand::SetSymmetry { axes: [false; 3], centre: Vec3::zeros() });
+    (session, draft)
 }
 
 /// A hand is as strong as its model asks for, from a tenth of a millimetre to a hill.
@@ -239,13 +241,12 @@ fn an_arm_feels_models_of_any_size_and_stiffness() {
             let scale = DeviceScale::fit(&arm.device_info(), hand.size, hand.coupling, hand.peak_force);
             let (pointer, _handle) = PointerDevice::new(session.devices[0].facts);
             let (device, mut guide) = GuidedDevice::new(Box::new(arm), pointer, scale);
-            let (other, _mirror) = PointerDevice::new(session.devices[1].facts);
             // Onto one of the sides.
             let quarters = 0.5 * std::f64::consts::PI * random.below(4) as f64;
             let axis = random.pick(&[Vec3::x_axis(), Vec3::y_axis()]);
             let turns = UnitQuaternion::from_axis_angle(&axis, quarters);
             guide.set(Guide { leads: true, centre: middle, rotation: turns, force_share: 1.0, buttons: [touches; 3] });
-            let mut bout = Bout::with_devices(session, vec![Box::new(device), Box::new(other)], vec![state]);
+            let mut bout = Bout::with_devices(session, vec![Box::new(device)], vec![state]);
             bout.run(1500, 1);
             let (before, felt) = (bout.arm(0).given, bout.arm(0).force);
             bout.run(500, 1);
@@ -366,10 +367,9 @@ fn a_session_that_is_opened_anew_keeps_device_and_force() {
             let scale = DeviceScale::fit(&arm.device_info(), hand.size, hand.coupling, hand.peak_force);
             let (pointer, _handle) = PointerDevice::new(session.devices[0].facts);
             let (device, mut guide) = GuidedDevice::new(Box::new(arm), pointer, scale);
-            let (other, _mirror) = PointerDevice::new(session.devices[1].facts);
             let rotation = UnitQuaternion::identity();
             guide.set(Guide { leads: true, centre: middle, rotation, force_share: 1.0, buttons: [touches; 3] });
-            let mut bout = Bout::with_devices(session, vec![Box::new(device), Box::new(other)], vec![state]);
+            let mut bout = Bout::with_devices(session, vec![Box::new(device)], vec![state]);
             bout.run(1500, 1);
             let (before, ticks) = (bout.arm(0).force, bout.arm(0).forces.len());
             assert!(before[2] > 0.1, "{what}: {before:?} N");
@@ -381,7 +381,7 @@ fn a_session_that_is_opened_anew_keeps_device_and_force() {
             };
             let now = draft.hand();
             let rescaling = guide.rescale(now.size, now.coupling, now.peak_force);
-            bout.hand_over(next, &[Some(rescaling), None]);
+            bout.hand_over(next, &[Some(rescaling)]);
             bout.run(1000, 1);
             let (seen, arm) = (*calls.lock().unwrap(), bout.arm(0));
             assert!(!arm.stopped, "{what}");

@@ -10,7 +10,7 @@ use pliant_cut::{Blade, CutMesh, Stroke};
 use pliant_editor::{Draft, DraftMaterial, PaintStroke, SOLIDS, stroke_button};
 use pliant_engine::edit::KINDS;
 use pliant_engine::scene::Release;
-use pliant_engine::session::{EventKind, HandPose, Session};
+use pliant_engine::session::{EventKind, HandPose, Session, SessionCommand};
 use pliant_mesh::testing::{Random, scan};
 use pliant_mesh::{ObjDocument, Surface, generate};
 use pliant_solver::Vec3;
@@ -153,6 +153,7 @@ impl DrawnCut {
             scene = scene.replace(&line, &format!("{line}\nregion = \"whole\""));
         }
         let mut session = open_file(&bench.write("scene.toml", scene), 1, None);
+        session.apply(SessionCommand::SetSymmetry { axes: [false; 3], centre: Vec3::zeros() });
         session.keep_history();
         session
     }
