@@ -418,7 +418,7 @@ class MeshEdit:
         kinds = ("cut-refused", "cut-held")
         count = sum(events["counts"].get(kind, 0) for kind in kinds)
         is_new, self._refusals = count > self._refusals, count
-        texts = [event["text"] for event in events["told"] if event["kind"] in kinds]
+        texts = [event["text"] for event in events["described"] if event["kind"] in kinds]
         return texts[-1:] if is_new else []
 
     def painting(self) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:

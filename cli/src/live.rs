@@ -22,7 +22,7 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
             "hands of a recording keep the time of its steps, not that of the clock; allowed is a run without `--live`";
         return Err(source.error(recorded.span(), text).into());
     }
-    let told = session.warnings().len();
+    let noted = session.warnings().len();
     let folder = args.out_folder();
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
     let mesh = args.scene.mesh.as_deref();
@@ -53,7 +53,7 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     recording.map(RecordingWriter::finish).transpose()?;
     let summary = recorder.finish(&mut session, stopped)?;
     print_summary(&summary, &folder, cli.json, args.quiet)?;
-    note_warnings(&summary.warnings[told.min(summary.warnings.len())..]);
+    note_warnings(&summary.warnings[noted.min(summary.warnings.len())..]);
     if panicked {
         return Err(Failure::plugin("the haptic thread ended by a panic; the devices were stopped"));
     }

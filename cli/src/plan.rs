@@ -80,10 +80,10 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
     for l in &report.left_out {
         lines.push(format!("  {}: {}", l.what, l.why));
     }
-    let told = session.events.told();
-    if !told.is_empty() {
+    let described = session.events.described();
+    if !described.is_empty() {
         lines.push("noted:".into());
-        lines.extend(told.iter().map(|(_, e)| format!("  {}", e.text)));
+        lines.extend(described.iter().map(|(_, e)| format!("  {}", e.text)));
     }
     lines.join("\n")
 }

@@ -101,7 +101,7 @@ fn open_recorded(cli: &Cli, args: &ReplayArgs, recording: &Recording) -> Result<
     }
     // With other settings a step takes another time, so bodies are given up by the clock and not as recorded.
     if args.set.is_empty() {
-        session.repeat_lapses(recording.lapses.clone());
+        session.repeat_timeouts(recording.timeouts.clone());
     }
     if header.live {
         session.drive_tips();

@@ -21,7 +21,7 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     }
     let (began, stop) = (Instant::now(), RunStop::new());
     let OpenedScene { scene, source, mut session } = open_scene(cli, &args.scene)?;
-    let told = session.warnings().len();
+    let noted = session.warnings().len();
     let folder = args.out_folder();
     let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
     let mesh = args.scene.mesh.as_deref();
@@ -51,6 +51,6 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     recording.map(RecordingWriter::finish).transpose()?;
     let summary = recorder.finish(&mut session, stopped)?;
     print_summary(&summary, &folder, cli.json, args.quiet)?;
-    note_warnings(&summary.warnings[told.min(summary.warnings.len())..]);
+    note_warnings(&summary.warnings[noted.min(summary.warnings.len())..]);
     Ok(strict_outcome(run_outcome(&summary), &summary, args.scene.strict))
 }

@@ -432,7 +432,7 @@ class Session(Stepped[_native.Session, ToolState]):
         Returns
         -------
         dict
-            ``counts`` by kind, and ``told``: the first of each kind with kind, time and text.
+            ``counts`` by kind, and ``described``: the first of each kind with kind, time and text.
         """
         events: dict[str, Any] = json.loads(self._native.events())
         return events

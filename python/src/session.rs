@@ -482,15 +482,15 @@ impl Session {
         })
     }
 
-    /// What happened so far, as JSON: counts by kind, and those told in full.
+    /// What happened so far, as JSON: counts by kind, and the described ones.
     fn events(&self) -> PyResult<String> {
         self.read(|open| {
             let events = &open.opened.session.events;
-            let told = events
-                .told()
+            let described = events
+                .described()
                 .iter()
                 .map(|(kind, event)| json!({ "kind": kind, "time": event.time, "text": event.text }));
-            Ok(json!({ "counts": events.counts(), "told": told.collect::<Vec<_>>() }).to_string())
+            Ok(json!({ "counts": events.counts(), "described": described.collect::<Vec<_>>() }).to_string())
         })
     }
 

@@ -161,7 +161,7 @@ fn split() -> [f64; 2] {
     seconds.sort_by(f64::total_cmp);
     let began = Instant::now();
     let parts = session.split(0, Division::EachPart).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(parts.len(), 2, "{:?}", session.events.told());
+    assert_eq!(parts.len(), 2, "{:?}", session.events.described());
     [began.elapsed().as_secs_f64(), seconds[seconds.len() / 2]]
 }
 

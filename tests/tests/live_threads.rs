@@ -187,7 +187,7 @@ fn a_device_that_is_unplugged_is_told_and_the_session_goes_on() {
     while session.steps() < 200 || session.events.count(EventKind::DeviceLost) == 0 {
         live.step(&mut session);
     }
-    let told = session.events.told().iter().find(|(kind, _)| *kind == EventKind::DeviceLost).expect("told");
+    let told = session.events.described().iter().find(|(kind, _)| *kind == EventKind::DeviceLost).expect("told");
     assert!(told.1.text.contains("`hand`") && told.1.text.contains("read"), "{}", told.1.text);
     assert_eq!(seen.ticks.load(Ordering::Relaxed), 51, "not read again");
     assert!(live.is_alive() && session.events.count(EventKind::DeviceLost) == 1);

@@ -2,9 +2,9 @@
 //! opened.
 
 mod check;
+mod collisions;
 mod fibres;
 mod images;
-mod meetings;
 mod probes;
 mod stitches;
 
@@ -13,7 +13,7 @@ pub use images::Image;
 pub use probes::Probe;
 
 use crate::body::PaintDepth;
-use crate::contact::Meeting;
+use crate::contact::CollisionSettings;
 use crate::edit::{Command, EditKind, Falloff};
 use crate::scene::{Extent, Release, Scene, SceneError, Source};
 use pliant_solver::Vec3;
@@ -97,7 +97,7 @@ pub struct Plan {
     /// Whether each body of the scene is simulated; the others stay at rest and open no plugin.
     pub moving: Vec<bool>,
     /// How each body of the scene meets others.
-    pub meetings: Vec<Meeting>,
+    pub collisions: Vec<CollisionSettings>,
     /// Devices that are opened, as indices in the scene.
     pub devices: Vec<usize>,
     /// Tools that edits use, as indices in the scene. The mirror image of a tool is an entry of its own.
@@ -134,7 +134,7 @@ impl Plan {
         plan.find_tools(scene, source)?;
         plan.find_devices(scene);
         plan.find_moving(scene);
-        plan.find_meetings(scene);
+        plan.find_collisions(scene);
         plan.find_stitched(scene);
         plan.find_probes(scene, source)?;
         plan.list_gravity(scene);

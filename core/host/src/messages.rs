@@ -188,9 +188,9 @@ mod tests {
         inbox.push(abi::WARNING, b"no driver");
         inbox.about_elements(|| inbox.push(abi::WARNING, b"too wide"));
         inbox.push(abi::WARNING, b"slow");
-        let told = || (inbox.element_warning(), inbox.last_warning());
-        assert_eq!(told(), (Some("too wide".into()), Some("slow".into())));
+        let warnings = || (inbox.element_warning(), inbox.last_warning());
+        assert_eq!(warnings(), (Some("too wide".into()), Some("slow".into())));
         inbox.forget_element_warning();
-        assert_eq!(told(), (None, Some("slow".into())));
+        assert_eq!(warnings(), (None, Some("slow".into())));
     }
 }

@@ -141,7 +141,7 @@ impl RunStatistics {
             growth: self.growth(session),
             probes: self.probes.results(),
             event_counts: session.events.counts().clone(),
-            events: session.events.told().iter().map(|(_, e)| e.clone()).collect(),
+            events: session.events.described().iter().map(|(_, e)| e.clone()).collect(),
             warnings: session.warnings(),
             peak_memory: Machine::peak_memory(),
             machine: Machine::current(),

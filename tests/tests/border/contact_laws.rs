@@ -316,7 +316,12 @@ fn no_random_press_gives_a_body_more_energy_than_the_hand_gave() {
                 most = most.max(energy);
                 worst = worst.max(energy - work);
             }
-            assert!(session.events.count(EventKind::Quarantine) == 0, "{}: {:?}", press.what, session.events.told());
+            assert!(
+                session.events.count(EventKind::Quarantine) == 0,
+                "{}: {:?}",
+                press.what,
+                session.events.described()
+            );
             if worst > allowed * most {
                 wrong.push(format!("{}, {integrator}: {worst:e} J of at most {most:e} J from nowhere", press.what));
             }
@@ -355,7 +360,8 @@ fn a_law_that_panics_or_gives_no_number_stops_its_body_and_is_named() {
             let mut session = open(&format!("{before}{law}{after}"), 1);
             (0..200).for_each(|_| session.step());
             assert_eq!(session.events.count(EventKind::Quarantine), 1, "{id}, case {case}");
-            let told = session.events.told().iter().find(|(kind, _)| *kind == EventKind::Quarantine).expect("told");
+            let told =
+                session.events.described().iter().find(|(kind, _)| *kind == EventKind::Quarantine).expect("told");
             assert!(told.1.text.contains(id) && told.1.text.contains("tractions"), "{}", told.1.text);
             assert!(session.bodies[0].system.nodes.x.iter().all(|x| x.iter().all(|c| c.is_finite())), "{id}");
         }

@@ -199,7 +199,7 @@ fn a_shape_kept_after_a_deep_press_is_sound_whatever_it_was() {
             assert!(body.frozen.is_none(), "{solid}: {:?}", body.frozen);
             assert!(body.skin.x.iter().all(|x| x.iter().all(|c| c.is_finite())), "{solid}");
             let repaired = session.events.count(EventKind::Repaired);
-            println!("{} {solid}: {repaired} repairs, {:?}", model.name, session.events.told());
+            println!("{} {solid}: {repaired} repairs, {:?}", model.name, session.events.described());
         }
     }
 }

@@ -301,13 +301,13 @@ fn random_falls_pass_through_nothing_and_gain_no_energy() {
         let (mut touching, mut iterations, mut solver, mut fallback, mut slow) = (0, 0, 0, 0, 0);
         for step in 0..((0.12 / speed / dt) as usize + 20).min(300) {
             session.step();
-            let outcome = session.meeting_outcome();
-            touching += usize::from(outcome.has_pushed);
-            iterations += outcome.iterations;
-            solver += outcome.solver_iterations;
-            fallback += usize::from(outcome.rounds > 0);
-            slow += usize::from(!outcome.has_converged);
-            if outcome.has_pushed {
+            let report = session.collision_report();
+            touching += usize::from(report.has_pushed);
+            iterations += report.iterations;
+            solver += report.solver_iterations;
+            fallback += usize::from(report.rounds > 0);
+            slow += usize::from(!report.has_converged);
+            if report.has_pushed {
                 assert_eq!(
                     session.crossings(0, 1).expect("surfaces"),
                     0,
@@ -354,8 +354,8 @@ fn a_sheet_that_folds_onto_itself_on_a_floor_hardly_cuts_itself() {
         }
         println!(
             "self-contact {self_contact}: {crossed} crossings, {:.4} s, {:?}",
-            session.meeting_seconds(),
-            session.meeting_outcome()
+            session.body_contact_seconds(),
+            session.collision_report()
         );
         // Without it 310. Some are left where the floor pushes nodes out after contact: docs/scenes.md says so.
         assert_eq!(crossed < 31, self_contact, "{crossed} crossings");
@@ -471,8 +471,8 @@ fn a_sheet_drapes_over_a_soft_ball_and_onto_itself() {
         assert_eq!(crossed, [0, 0], "at {until} s");
         most = most.max(energy(&mut session, G));
     }
-    let outcome = session.meeting_outcome();
-    println!("energy {first} J, at most {most} J afterwards; {outcome:?}, {:.3} s", session.meeting_seconds());
+    let report = session.collision_report();
+    println!("energy {first} J, at most {most} J afterwards; {report:?}, {:.3} s", session.body_contact_seconds());
     assert!(most <= first + 1e-3 * first.abs(), "{first} {most}");
 }
 

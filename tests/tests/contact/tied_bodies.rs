@@ -108,9 +108,9 @@ fn tied_points_stay_together_with_the_momentum_they_have_and_no_more_energy() {
         let (mut least, mut most, mut iterations) = (first, 0.0_f64, 0);
         for _ in 0..80 {
             session.step();
-            let outcome = session.meeting_outcome();
-            assert!(outcome.has_converged, "case {case}: {outcome:?}");
-            iterations += outcome.iterations;
+            let report = session.collision_report();
+            assert!(report.has_converged, "case {case}: {report:?}");
+            iterations += report.iterations;
             widest = widest.max(widest_gap(&mut session));
             let now = energy(&mut session);
             most = most.max((now - least) / first);
@@ -242,7 +242,7 @@ fn a_needle_ties_two_bodies_for_good_and_an_undo_frees_them() {
         let mut widest = 0.0_f64;
         run(&mut session, 0.3);
         let ties = session.tie_count();
-        assert!(ties >= 9, "gap {gap}: {ties} ties, {:?}", session.events.told());
+        assert!(ties >= 9, "gap {gap}: {ties} ties, {:?}", session.events.described());
         run(&mut session, 1.0);
         assert!(session.tie_count() >= 9, "gap {gap}: {} of {ties} ties are left", session.tie_count());
         for _ in 0..100 {
@@ -271,7 +271,7 @@ fn points_that_a_stroke_has_not_brought_together_are_let_go() {
     session.keep_history();
     run(&mut session, 0.2);
     let drawn = session.tie_count();
-    assert!(drawn > 0, "{:?}", session.events.told());
+    assert!(drawn > 0, "{:?}", session.events.described());
     run(&mut session, 0.6);
     println!("{drawn} drawn, {} left", session.tie_count());
     assert_eq!(session.tie_count(), 0, "of {drawn}");
@@ -300,8 +300,8 @@ fn an_explicit_integrator_and_a_local_region_tie_nothing_and_say_so() {
         let mut session = open(&text, 1);
         run(&mut session, 0.15);
         assert_eq!(session.tie_count(), 0);
-        assert_eq!(session.events.count(EventKind::StitchRefused), 1, "{:?}", session.events.told());
-        let told = session.events.told().iter().find(|(kind, _)| *kind == EventKind::StitchRefused);
+        assert_eq!(session.events.count(EventKind::StitchRefused), 1, "{:?}", session.events.described());
+        let told = session.events.described().iter().find(|(kind, _)| *kind == EventKind::StitchRefused);
         assert!(told.is_some_and(|(_, event)| event.text.contains(says)), "{told:?}");
     }
 }

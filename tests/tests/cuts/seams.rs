@@ -141,7 +141,7 @@ fn panels_that_are_apart_are_sewn_in_the_time_of_their_seam() {
                 (parts(&session), session.open_seam_pairs(0)),
                 (1, 0),
                 "{gap} m in {time}: {:?}",
-                session.events.told()
+                session.events.described()
             );
             assert!((after.0 / before.0 - 1.0).abs() < 1e-12, "mass");
             let fastest = session.bodies[0].system.nodes.v.iter().map(Vec3::norm).fold(0.0, f64::max);

@@ -314,7 +314,12 @@ fn a_bar_that_is_cut_and_stitched_carries_as_before() {
             session.bodies[0].discretization.lattice().expect("a solid").parts(),
             session.bodies[0].system.nodes.len(),
         );
-        assert_eq!(parts.iter().max(), Some(&1), "{material}: the bar is in two parts: {:?}", session.events.told());
+        assert_eq!(
+            parts.iter().max(),
+            Some(&1),
+            "{material}: the bar is in two parts: {:?}",
+            session.events.described()
+        );
         let count = |session: &Session| session.bodies[0].parts().into_iter().max();
         assert_eq!(count(&session), Some(1), "{material}: its surface too");
         let before = sums(&session);
@@ -331,7 +336,7 @@ fn a_bar_that_is_cut_and_stitched_carries_as_before() {
         assert_eq!(count(&session), Some(1), "{material}: with two parts");
         assert!(session.redo());
         run(&mut session, 0.05);
-        assert_eq!(session.events.count(EventKind::Quarantine), 0, "{material}: {:?}", session.events.told());
+        assert_eq!(session.events.count(EventKind::Quarantine), 0, "{material}: {:?}", session.events.described());
     }
 }
 
@@ -358,7 +363,7 @@ fn borders_that_are_apart_are_drawn_together() {
     assert_eq!(session.bodies[0].parts().into_iter().max(), Some(1));
     run(&mut session, 0.35);
     // The hand passes over 10 of 13 pairs; those at the free ends may slip away from it.
-    assert!(seam(&session) >= 10, "{} pairs are joined: {:?}", seam(&session), session.events.told());
+    assert!(seam(&session) >= 10, "{} pairs are joined: {:?}", seam(&session), session.events.described());
     assert_eq!(session.bodies[0].parts().into_iter().max(), Some(0), "a sewn sheet is one part");
     assert_eq!(session.events.count(EventKind::Quarantine), 0);
 }

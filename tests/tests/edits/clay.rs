@@ -112,7 +112,7 @@ fn a_dent_in_clay_stays_where_one_in_an_elastic_body_goes_back() {
                 let pressed = largest(&moved(&mut session));
                 assert!(pressed > 0.5 * PRESS, "{what}: pressed by {pressed} m");
                 run(&mut session, 0.5);
-                assert_eq!(session.events.count(EventKind::Quarantine), 0, "{what}: {:?}", session.events.told());
+                assert_eq!(session.events.count(EventKind::Quarantine), 0, "{what}: {:?}", session.events.described());
                 let share = largest(&moved(&mut session)) / pressed;
                 // Flow keeps the volume; what an elastic part takes off is a share of the strain at yield.
                 let change = (volume(&session) / before - 1.0).abs();

@@ -83,7 +83,7 @@ fn said(session: &Session) -> Vec<String> {
         EventKind::Substeps,
         EventKind::RepeatedStep,
     ];
-    let events = session.events.told().iter().filter(|(kind, _)| !of_hand.contains(kind));
+    let events = session.events.described().iter().filter(|(kind, _)| !of_hand.contains(kind));
     let events = events.map(|(_, event)| event.text.clone());
     session.warnings().into_iter().map(|warning| format!("{warning:?}")).chain(events).collect()
 }

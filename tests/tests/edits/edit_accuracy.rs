@@ -34,7 +34,7 @@ fn rest(session: &mut Session) {
     while session.time() < 0.8 {
         session.step();
     }
-    assert_eq!(session.events.count(EventKind::Quarantine), 0, "{:?}", session.events.told());
+    assert_eq!(session.events.count(EventKind::Quarantine), 0, "{:?}", session.events.described());
 }
 
 /// Errors fall with the square of the cell: each is at most this part of the one before.

@@ -138,7 +138,7 @@ fn check(
         session.step();
     }
     let what = format!("{kind} on {what} at {:.3?}", spot.0.as_slice());
-    assert_eq!(session.events.count(EventKind::Quarantine), 0, "{what}: {:?}", session.events.told());
+    assert_eq!(session.events.count(EventKind::Quarantine), 0, "{what}: {:?}", session.events.described());
     let field = Field::of(&mut session, kind);
     let holds = matches!(kind, "pin" | "unpin" | "paint" | "stitch");
     assert!(field.most > 1e-5 || holds, "{what}: {} m", field.most);

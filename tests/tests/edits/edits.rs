@@ -134,7 +134,7 @@ fn every_edit_on_generated_solids_leaves_the_rest_alone_turns_no_triangle_and_is
             let mut session = opened(&bench, &scene(SOLID, spot, &way(kind), kind, keys));
             run(&mut session, 0.24);
             let what = format!("{kind} on {} at {:?}", model.name, spot.0);
-            assert_eq!(session.events.count(EventKind::Quarantine), 0, "{what}: {:?}", session.events.told());
+            assert_eq!(session.events.count(EventKind::Quarantine), 0, "{what}: {:?}", session.events.described());
             let (before, after) = surfaces(&mut session);
             let most = before.iter().zip(&after).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max);
             assert!(most > 1e-5, "{what} moved nothing: {most} m");
@@ -383,7 +383,7 @@ fn mirrored_hands_keep_a_symmetric_model_symmetric_to_the_bit() {
     for (kind, keys) in [("grab", "release = \"keep\""), ("grow", ""), ("inflate", "release = \"keep\"")] {
         let text = scene(SOLID, spot, &way(kind), kind, &format!("{keys}\nsymmetry = \"x\""));
         let mut session = opened(&bench, &text);
-        let told = session.events.told().to_vec();
+        let told = session.events.described().to_vec();
         assert_eq!(session.events.count(EventKind::Model), 0, "{told:?}");
         assert_eq!(session.tools[1].tool.name, "finger mirrored in x");
         run(&mut session, 0.3);
@@ -497,7 +497,7 @@ fn edits_work_on_sheets() {
         let text = text.replace("duration = \"1 s\"", "duration = \"1 s\"\nintegrator = \"backward-euler\"");
         let mut session = opened(&bench, &text.replace("500 N/m", "100 N/m"));
         run(&mut session, 0.24);
-        assert_eq!(session.events.count(EventKind::Quarantine), 0, "{kind}: {:?}", session.events.told());
+        assert_eq!(session.events.count(EventKind::Quarantine), 0, "{kind}: {:?}", session.events.described());
         let (before, after) = surfaces(&mut session);
         let most = before.iter().zip(&after).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max);
         assert!(most > 1e-6 && most < 0.05, "{kind}: {most} m");

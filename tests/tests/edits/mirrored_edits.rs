@@ -215,7 +215,7 @@ fn every_edit_keeps_a_symmetric_model_symmetric_in_its_own_plane() {
             let mut session =
                 open_file(&bench.write("scene.toml", scene(&body, hand, (kind, keys, depth), &symmetry)), 1, None);
             let what = format!("{kind} of a {} in {way}", if is_sheet { "sheet" } else { "solid" });
-            assert_eq!(session.events.count(EventKind::Model), 0, "{what}: {:?}", session.events.told());
+            assert_eq!(session.events.count(EventKind::Model), 0, "{what}: {:?}", session.events.described());
             let [apart, most, force, differs] = asymmetry(&mut session, &points, &placed);
             assert!(force > 1e-4 || most > 1e-6, "{what}: nothing happened");
             if way == "axis" {

@@ -146,7 +146,7 @@ fn pinned_vertices_do_not_move_in_any_material_at_any_level_with_any_integrator(
                 let away = held.iter().find(|v| now[**v] != then[**v]);
                 assert!(away.is_none(), "{what}: {:?}", away.map(|v| (v, then[*v], now[*v] - then[*v])));
             }
-            assert_eq!(session.events.count(EventKind::Quarantine), 0, "{what}: {:?}", session.events.told());
+            assert_eq!(session.events.count(EventKind::Quarantine), 0, "{what}: {:?}", session.events.described());
             let now = surface(&mut session);
             others += usize::from((0..now.len()).any(|v| (now[v] - then[v]).norm() > 2e-6));
             assert_eq!(pinned(&session), held, "{what}");
@@ -335,7 +335,7 @@ fn pieces_of_a_cut_body_inherit_what_was_painted() {
         assert!(painted > 1.003 * plain && held.len() > 3, "sheet {sheet}: {plain} kg, {painted} kg, {held:?}");
         let then = surface(&mut session);
         run(&mut session, 0.4);
-        assert!(session.cuts().area > 0.0 || session.cuts().length > 0.0, "{:?}", session.events.told());
+        assert!(session.cuts().area > 0.0 || session.cuts().length > 0.0, "{:?}", session.events.described());
         assert!(
             (mass(&session) / painted - 1.0).abs() < 1e-9,
             "sheet {sheet}: {} kg, before the cut {painted} kg",
@@ -427,12 +427,12 @@ fn painting_stays_within_what_the_integrator_follows() {
     run(&mut session, 0.35);
     let most = session.bodies[0].painted_stiffening();
     assert!(most > 1.0 && most <= session.bodies[0].most_stiffening && most < 10.0, "{most}");
-    assert!(session.events.told().iter().any(|(_, event)| event.text.contains("paint: stiffness over density")));
+    assert!(session.events.described().iter().any(|(_, event)| event.text.contains("paint: stiffness over density")));
     assert_eq!(
         session.events.count(EventKind::Quarantine) + session.events.count(EventKind::Unstable),
         0,
         "{:?}",
-        session.events.told()
+        session.events.described()
     );
 }
 

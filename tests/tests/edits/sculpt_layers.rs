@@ -95,7 +95,7 @@ fn blend(session: &mut Session, layer: u32, strength: f64) -> bool {
 
 /// The description of the last event of a kind.
 fn told(session: &Session, kind: EventKind) -> String {
-    let mut of_kind = session.events.told().iter().filter(|(of, _)| *of == kind);
+    let mut of_kind = session.events.described().iter().filter(|(of, _)| *of == kind);
     of_kind.next_back().map(|(_, event)| event.text.clone()).unwrap_or_default()
 }
 
@@ -268,7 +268,7 @@ fn what_is_not_allowed_is_refused_with_a_reason() {
     let refused = |session: &mut Session, command: SessionCommand, why: &str| {
         let (before, history) = ((shape(session), stack(session)), session.history());
         assert!(!session.apply(command.clone()), "{command:?}");
-        assert!(told(session, EventKind::LayerRefused).contains(why), "{:?}", session.events.told().last());
+        assert!(told(session, EventKind::LayerRefused).contains(why), "{:?}", session.events.described().last());
         assert!((shape(session), stack(session)) == before && session.history() == history);
     };
     refused(&mut session, SessionCommand::MergeLayer { layer: 0 }, "layer 0: there is none");

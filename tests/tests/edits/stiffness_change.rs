@@ -130,7 +130,7 @@ fn an_explicit_integrator_gets_no_stiffness_that_its_substeps_do_not_follow() {
     session.apply(SessionCommand::SetStiffness { factor: 1000.0 });
     let wanted = session.stiffness().wanted;
     assert!(wanted > 1.0 && wanted < 900.0, "{wanted}");
-    let told = session.events.told().iter().any(|(_, event)| event.text.contains("what symplectic-euler follows"));
+    let told = session.events.described().iter().any(|(_, event)| event.text.contains("what symplectic-euler follows"));
     assert!(told, "and it is said");
     settle(&mut session, SETTLED);
     assert!(session.bodies.iter().all(|body| body.frozen.is_none()));

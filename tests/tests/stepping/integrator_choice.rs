@@ -69,8 +69,8 @@ fn too_few_substeps_for_a_contact_are_told() {
             touched |= session.frame().tools[0].contact.is_some();
         }
         assert!(touched);
-        let told = session.events.told().iter().find(|(kind, _)| *kind == EventKind::Unstable);
-        assert_eq!(told.is_some(), is_told, "{damping} N s/m: {:?}", session.events.told());
+        let told = session.events.described().iter().find(|(kind, _)| *kind == EventKind::Unstable);
+        assert_eq!(told.is_some(), is_told, "{damping} N s/m: {:?}", session.events.described());
         assert!(told.is_none_or(|(_, event)| event.text.contains("`block`") && event.text.contains("allowed is 16")));
     }
 }

@@ -227,8 +227,8 @@ impl App {
     /// Puts the open file first in the list of recent ones.
     pub(super) fn remember_opened(&mut self) {
         let Some(folder) = self.state_folder() else { return };
-        let told = add_recent_file(&folder, &self.request.path).and_then(|()| recent_files(&folder));
-        match told {
+        let listed = add_recent_file(&folder, &self.request.path).and_then(|()| recent_files(&folder));
+        match listed {
             Ok(files) => self.recent = files,
             Err(error) => self.tell(strings::recent_problem(&error)),
         }

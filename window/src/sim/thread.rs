@@ -87,7 +87,7 @@ fn work(
     let mut log = StrokeLog::default();
     let mut autosave = Autosave::new(request);
     let mut gauges = GaugeWindow::new(session.dt());
-    let (mut reported, mut told) = (f64::NEG_INFINITY, 0);
+    let (mut reported, mut noticed) = (f64::NEG_INFINITY, 0);
     let mut session_path: Option<PathBuf> = None;
     let (mut in_stroke, mut warnings) = (false, session.warnings());
     while live.is_alive() {
@@ -226,11 +226,11 @@ fn work(
                 layers: session.sculpt_layers(),
                 warnings: warnings.clone(),
             });
-            let news = session.events.told().iter().skip(told).filter(|(kind, _)| is_news(*kind, has_device));
+            let news = session.events.described().iter().skip(noticed).filter(|(kind, _)| is_news(*kind, has_device));
             for (_, event) in news {
                 notifier.send(Notice::Message(event.text.clone()));
             }
-            told = session.events.told().len();
+            noticed = session.events.described().len();
         }
     }
     Err(strings::HAPTIC_THREAD_ENDED.into())
@@ -342,7 +342,7 @@ fn go_to(session: &mut Session, session_file: &mut SessionFile, log: &mut Stroke
 /// Writes the recording of the session, and its scene and model beside it.
 fn save_session(session_file: &mut SessionFile, session: &Session, path: &Path) -> Notice {
     match session_file.save(session, path) {
-        Ok(scene) => Notice::Message(strings::session_saved(path, &scene, !session.lapses().is_empty())),
+        Ok(scene) => Notice::Message(strings::session_saved(path, &scene, !session.timeouts().is_empty())),
         Err(text) => Notice::NotSaved(text),
     }
 }

@@ -101,7 +101,7 @@ impl Failure {
         let classes =
             [(EventKind::DeviceLost, FailureClass::DeviceLost), (EventKind::Quarantine, FailureClass::Quarantine)];
         classes.into_iter().find_map(|(kind, class)| {
-            let (_, event) = session.events.told().iter().find(|(told, _)| *told == kind)?;
+            let (_, event) = session.events.described().iter().find(|(other, _)| *other == kind)?;
             Some(Self::new(class, format!("at {} s: {}", event.time, event.text)))
         })
     }

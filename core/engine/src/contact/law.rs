@@ -33,7 +33,7 @@ pub struct LawContacts {
 }
 
 /// Largest number of slip rates at which a law is asked in a step.
-const LOOKS: usize = 8;
+const MAX_LAW_EVALUATIONS: usize = 8;
 /// Gap, in length scales of the tool, up to which a contact lasts beyond the law's reach.
 pub const LAW_MARGIN: f64 = 0.01;
 
@@ -116,12 +116,13 @@ impl LawContacts {
         self.set_histories();
         self.ask(false, time)?;
         self.points.iter_mut().for_each(|point| point.expected = point.slip_rate(point.near.velocity));
-        for look in 0..LOOKS {
+        for evaluation in 0..MAX_LAW_EVALUATIONS {
             self.points.iter_mut().for_each(LawPoint::leave_rest);
             self.ask(true, time)?;
             let sliding = &self.tractions[1];
             let raise = |(i, point): (usize, &mut LawPoint)| point.raise_speed(i, sliding, time.dt);
-            if look + 1 == LOOKS || self.points.iter_mut().enumerate().map(raise).filter(|raised| *raised).count() == 0
+            if evaluation + 1 == MAX_LAW_EVALUATIONS
+                || self.points.iter_mut().enumerate().map(raise).filter(|raised| *raised).count() == 0
             {
                 break;
             }

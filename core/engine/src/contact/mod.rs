@@ -20,7 +20,9 @@ mod sums;
 mod tip_motion;
 mod triangle_point;
 
-pub use bodies::{BodyCollisions, Compliance, Meeting, Outcome, StitchCandidate, StitchSearch, TiePoint, TieRow};
+pub use bodies::{
+    BodyCollisions, CollisionReport, CollisionSettings, Compliance, StitchCandidate, StitchSearch, TiePoint, TieRow,
+};
 pub use fingertip::{Press, Tip};
 pub use layer::{Layer, Push};
 pub use layer_law::{LawStep, LayerLaw};

@@ -29,7 +29,7 @@ pub(super) fn check(scene: &Scene, source: &Source) -> Result<(), SceneError> {
     check.names("device", scene.device.iter().map(|d| &d.name))?;
     check.names("tool", scene.tool.iter().map(|t| &t.name))?;
     scene.body.iter().try_for_each(|body| check.body(body))?;
-    scene.body.iter().try_for_each(|body| super::meetings::check(body, scene, source))?;
+    scene.body.iter().try_for_each(|body| super::collisions::check(body, scene, source))?;
     scene.body.iter().filter_map(|body| body.friction.as_ref()).try_for_each(|friction| check.friction(friction))?;
     super::stitches::check(scene, source)?;
     scene.obstacle.iter().try_for_each(|obstacle| check.obstacle(obstacle, scene))?;

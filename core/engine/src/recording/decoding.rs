@@ -1,8 +1,8 @@
-//! Decoding of poses, devices, lapses and commands from little-endian bytes. `pliant_record` encodes them.
+//! Decoding of poses, devices, timeouts and commands from little-endian bytes. `pliant_record` encodes them.
 
 use super::format::PEAK_TORQUE_VERSION;
 use crate::edit::Falloff;
-use crate::session::{Lapse, SessionCommand, Stage};
+use crate::session::{SessionCommand, Stage, StepTimeout};
 use pliant_host::{DeviceInfo, Pose};
 use pliant_solver::Vec3;
 
@@ -153,8 +153,8 @@ impl<'a> ByteReader<'a> {
         }
     }
 
-    /// A lapse, its reason last.
-    pub(super) fn lapse(&mut self) -> Option<Lapse> {
+    /// A timeout, its reason last.
+    pub(super) fn timeout(&mut self) -> Option<StepTimeout> {
         let (step, body) = (self.u64()?, self.u32()?);
         let stage = match self.byte()? {
             0 => Stage::Region,
@@ -162,6 +162,6 @@ impl<'a> ByteReader<'a> {
             2 => Stage::Interrupted,
             _ => return None,
         };
-        Some(Lapse { step, body, stage, why: self.text()? })
+        Some(StepTimeout { step, body, stage, why: self.text()? })
     }
 }

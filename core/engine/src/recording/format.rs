@@ -29,7 +29,7 @@ pub const HEADER: u8 = b'H';
 /// Kind of a block with a device.
 pub const DEVICE: u8 = b'D';
 /// Kind of a block with a body that was stopped for taking too long.
-pub const LAPSE: u8 = b'L';
+pub const TIMEOUT: u8 = b'L';
 /// Kind of a block with a command.
 pub const COMMAND: u8 = b'C';
 /// Kind of a block with a number of idle steps.

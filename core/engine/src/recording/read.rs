@@ -3,10 +3,10 @@
 use super::decoding::ByteReader;
 use super::digest::Digest;
 use super::format::{
-    COMMAND, DEVICE, END, HEADER, IDLE, LAPSE, MAGIC, OLDEST_VERSION, RecordedFile, RecordedStep, RecordingHeader,
-    STEP, VERSION,
+    COMMAND, DEVICE, END, HEADER, IDLE, MAGIC, OLDEST_VERSION, RecordedFile, RecordedStep, RecordingHeader, STEP,
+    TIMEOUT, VERSION,
 };
-use crate::session::{Lapse, SessionCommand};
+use crate::session::{SessionCommand, StepTimeout};
 use pliant_host::{DeviceInfo, check_device_info};
 use pliant_mesh::read::{RECORDING_LIMIT, read_file};
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ pub struct Recording {
     /// Names and descriptions of the devices, in the order of the poses of a step.
     pub devices: Vec<(String, DeviceInfo)>,
     /// Bodies that were stopped because their plugins took too long.
-    pub lapses: Vec<Lapse>,
+    pub timeouts: Vec<StepTimeout>,
     /// The steps in order.
     pub steps: Vec<RecordedStep>,
     /// Settings of the scene, keys and values as for `--set`, by which a replay uses a model beside the recording.
@@ -97,7 +97,7 @@ impl Recording {
         }
         let mut digest = Digest::default();
         digest.bytes(&bytes[..START]);
-        let (mut header, mut devices, mut lapses) = (None, Vec::new(), Vec::new());
+        let (mut header, mut devices, mut timeouts) = (None, Vec::new(), Vec::new());
         let (mut steps, mut commands, mut taken) = (Vec::<RecordedStep>::new(), Vec::new(), 0_u64);
         let mut tools = None;
         loop {
@@ -115,7 +115,7 @@ impl Recording {
                     check_device_info(&info).map_err(|reason| format!("changed: device `{name}`: {reason}"))?;
                     devices.push((name, info));
                 }
-                LAPSE => lapses.push(content.lapse().ok_or_else(broken)?),
+                TIMEOUT => timeouts.push(content.timeout().ok_or_else(broken)?),
                 STEP => {
                     let effectors = devices.iter().map(|(_, info)| info.effectors).collect::<Vec<_>>();
                     let step =
@@ -147,7 +147,7 @@ impl Recording {
                         return Err(format!("changed: {taken} steps of {stated}, {} bytes too many", left.0.len()));
                     }
                     let header = header.ok_or("changed: it has no header")?;
-                    return Ok(Self { header, devices, lapses, steps, settings: Vec::new() });
+                    return Ok(Self { header, devices, timeouts, steps, settings: Vec::new() });
                 }
                 _ => return Err(broken()),
             }

@@ -90,7 +90,7 @@ impl Compliance for BodyResponses<'_> {
     }
 
     fn is_cancelled(&self) -> bool {
-        self.session.watch.cancel.is_cancelled()
+        self.session.guard.cancel.is_cancelled()
     }
 }
 

@@ -49,11 +49,11 @@ impl Session {
     /// have begun in it stays, and so do the moves of bodies that come before it in the scene; the next call goes on from there, with the hands of the
     /// cancelled one, so both together are one step. If nodes were changed in between, as by an undo, the step begins anew.
     pub fn step(&mut self) {
-        if self.watch.resumes_at.is_none() {
+        if self.guard.resumes_at.is_none() {
             self.read_devices();
         }
         self.advance();
-        if self.watch.is_cancelled {
+        if self.guard.is_cancelled {
             self.stop_devices();
         } else {
             self.write_devices();
@@ -62,12 +62,12 @@ impl Session {
 
     /// Ends steps when `token` is cancelled, the one under way included.
     pub fn cancel_when(&mut self, token: CancelToken) {
-        self.watch.cancel = token;
+        self.guard.cancel = token;
     }
 
     /// Whether the last step was cancelled: it was not taken, and the frame is none of its.
     pub fn is_cancelled(&self) -> bool {
-        self.watch.is_cancelled
+        self.guard.is_cancelled
     }
 
     /// Sets the forces of all devices to zero. One that fails is lost.

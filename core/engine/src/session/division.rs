@@ -211,7 +211,7 @@ impl Session {
         self.workers.resize(count);
         self.sleep.resize(count);
         self.obstacles.resize(count);
-        self.meetings.set_bodies(&roots);
+        self.body_contacts.set_bodies(&roots);
         for slot in &mut self.tools {
             slot.tool.resize_bodies(count);
             slot.soft.truncate(kept);
@@ -225,7 +225,7 @@ impl Session {
             let of = |body: &Body| seams.get(&body.number).cloned().unwrap_or_default();
             self.seams.set_bodies(self.bodies.iter().map(of).collect());
         }
-        self.watch.resumes_at = None;
+        self.guard.resumes_at = None;
     }
 }
 

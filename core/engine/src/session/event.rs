@@ -100,7 +100,7 @@ pub struct Events {
     descriptions: BTreeMap<EventKind, usize>,
     /// The last refusal of each kind, described or not.
     last_refusals: BTreeMap<EventKind, Event>,
-    told: Vec<(EventKind, Event)>,
+    described: Vec<(EventKind, Event)>,
 }
 
 /// Largest number of descriptions of one kind that is not a refusal.
@@ -134,7 +134,7 @@ impl Events {
             }
         }
         *descriptions += 1;
-        self.told.push((kind, event));
+        self.described.push((kind, event));
     }
 
     /// Adds the `count` events of a kind in a step, described once at the beginning of an episode. `ongoing` tells whether the last step had such events
@@ -161,8 +161,8 @@ impl Events {
     }
 
     /// The described events in order of time.
-    pub fn told(&self) -> &[(EventKind, Event)] {
-        &self.told
+    pub fn described(&self) -> &[(EventKind, Event)] {
+        &self.described
     }
 
     /// Number of events of a kind.
@@ -177,7 +177,7 @@ mod tests {
 
     /// The texts of a kind that are described, in order.
     fn texts(events: &Events, of: EventKind) -> Vec<&str> {
-        events.told().iter().filter(|(kind, _)| *kind == of).map(|(_, event)| event.text.as_str()).collect()
+        events.described().iter().filter(|(kind, _)| *kind == of).map(|(_, event)| event.text.as_str()).collect()
     }
 
     #[test]

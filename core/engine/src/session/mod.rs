@@ -1,5 +1,6 @@
 //! A session: an opened scene with its bodies, devices and tools.
 
+mod body_contacts;
 mod body_responses;
 mod choose;
 mod command;
@@ -16,9 +17,7 @@ mod fields;
 mod frame;
 mod hand_events;
 mod history;
-mod lapse;
 mod level_choice;
-mod meetings;
 mod memory_checks;
 mod mirror;
 mod obstacles;
@@ -45,6 +44,7 @@ mod tactile;
 mod thread_choice;
 mod tied_bodies;
 mod ties;
+mod timeout;
 mod warning;
 mod workers;
 
@@ -57,7 +57,6 @@ pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
 pub use frame::{Frame, ToolFrame};
 pub use history::{Snapshot, SnapshotError};
-pub use lapse::{Lapse, Stage};
 pub use level_choice::LevelChosen;
 pub use mirror::Mirror;
 pub use obstacles::ObstacleSummary;
@@ -67,6 +66,7 @@ pub use sculpt_layers::SculptLayerState;
 use sculpt_layers::SculptLayers;
 pub use shared::SharedParts;
 pub use stiffness::StiffnessState;
+pub use timeout::{Stage, StepTimeout};
 pub use warning::{Warning, WarningCode};
 
 use crate::body::{Body, Model, SymmetryPlane};
@@ -75,11 +75,10 @@ use crate::memory::BodyMemory;
 use crate::plan::{Edit, LeftOut, Plan};
 use crate::recording::RecordedHands;
 use crate::tool::{ForceSafety, Frame as DeviceFrame, Hand, TactilePad, TipMass, Tool, TorqueSafety};
+use body_contacts::BodyContacts;
 use division::DividedBodies;
 use hand_events::Ongoing;
 use history::History;
-use lapse::Watch;
-use meetings::Meetings;
 use nalgebra::UnitQuaternion;
 use obstacles::Obstacles;
 use pliant_host::{ContactLaw, Device, DeviceInfo, Pose};
@@ -94,6 +93,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use step_limits::StepLimits;
 use ties::Ties;
+use timeout::StepGuard;
 use warning::Warnings;
 use workers::Workers;
 
@@ -336,14 +336,14 @@ pub struct Session {
     limits: StepLimits,
     /// Integrator of each body.
     integrators: Vec<Integrator>,
-    watch: Watch,
+    guard: StepGuard,
     sleep: Sleep,
     /// Largest displacement of a node of each body in the last step, m.
     moved: Vec<f64>,
     /// Tips on each body; used for sheets.
     sheet_tips: Vec<SheetTips>,
     obstacles: Obstacles,
-    meetings: Meetings,
+    body_contacts: BodyContacts,
     seams: Seams,
     /// Planes of a symmetry that the next step pairs the vertices of bodies for.
     unpaired: Option<Vec<SymmetryPlane>>,

@@ -1,9 +1,8 @@
 //! Opening a scene: creates its models, plugins, bodies and tools.
 
+use super::body_contacts::BodyContacts;
 use super::history::History;
-use super::lapse::Watch;
 use super::level_choice::{LevelChosen, ToolRadii, choose_level};
-use super::meetings::Meetings;
 use super::obstacles::Obstacles;
 use super::seam_pairs::Seam;
 use super::seams::Seams;
@@ -11,6 +10,7 @@ use super::shared::{SharedModel, SharedParts};
 use super::sleep::Sleep;
 use super::step::TORQUE_AXES;
 use super::step_limits::StepLimits;
+use super::timeout::StepGuard;
 use super::warning::Warnings;
 use super::workers::Workers;
 use super::{
@@ -173,7 +173,7 @@ impl Session {
         let springs = (0..tools.len() + usize::from(has_seams)).map(|_| NodeSprings::default()).collect();
         let of_body = if has_seams { std::mem::take(&mut opening.seams) } else { Vec::new() };
         let seams = Seams::new(of_body);
-        let meetings = Meetings::new(&plan, &bodies);
+        let body_contacts = BodyContacts::new(&plan, &bodies);
         let mut session = Self {
             bodies,
             standing,
@@ -206,12 +206,12 @@ impl Session {
             workers: Workers::new(threads, count),
             limits: StepLimits::new(&scene.time),
             integrators: Vec::new(),
-            watch: Watch::new(scene.time.patience.get_ref().si),
+            guard: StepGuard::new(scene.time.patience.get_ref().si),
             sleep: Sleep::new(scene.time.sleep.as_ref().map_or(0.0, |s| s.get_ref().si), count),
             moved: vec![0.0; count],
             sheet_tips: (0..count).map(|_| SheetTips::default()).collect(),
             obstacles: Obstacles::new(obstacles, places, count),
-            meetings,
+            body_contacts,
             seams,
             unpaired,
             ties: super::Ties::default(),

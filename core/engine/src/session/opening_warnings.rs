@@ -43,10 +43,10 @@ impl Session {
         let place_of = |body: usize| extended.iter().find(|e| e.moving == Some(body)).map_or("", |e| e.place.as_str());
         found.extend(crossing.iter().map(|&(pair, count)| self.crossing_warning(pair, count, place_of(pair[1]))));
         let is_handled = |i: usize, j: usize| {
-            self.meetings.has_pair(i, j) || crossing.iter().any(|(bodies, _)| *bodies == [i.min(j), i.max(j)])
+            self.body_contacts.has_pair(i, j) || crossing.iter().any(|(bodies, _)| *bodies == [i.min(j), i.max(j)])
         };
-        let (meetings, overlaps) = OverlapDetection::new(extended, is_handled);
-        self.warnings.overlaps = meetings;
+        let (detection, overlaps) = OverlapDetection::new(extended, is_handled);
+        self.warnings.overlaps = detection;
         found.extend(overlaps);
         found.extend(self.find_obstacle_warnings());
         found.extend(self.find_contact_law_warnings(scene, source));

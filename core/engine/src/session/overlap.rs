@@ -75,9 +75,9 @@ impl OverlapDetection {
             let meets = |a: &Extended| matches!((a.moving, b.moving), (Some(a), Some(b)) if is_handled(a, b));
             known.extend((0..j).filter(|i| meets(&bodies[*i])).map(|i| [i, j]));
         }
-        let mut meetings = Self { bodies, known, ..Self::default() };
-        let at_start = meetings.test(WarningCode::BodiesOverlap, 0.0);
-        (meetings, at_start)
+        let mut detection = Self { bodies, known, ..Self::default() };
+        let at_start = detection.test(WarningCode::BodiesOverlap, 0.0);
+        (detection, at_start)
     }
 
     /// Warnings for pairs whose swept boxes overlap now for the first time.
@@ -144,12 +144,12 @@ mod tests {
 
     #[test]
     fn touching_boxes_do_not_overlap_and_a_pair_is_reported_once() {
-        let (mut meetings, told) =
+        let (mut detection, warnings) =
             OverlapDetection::new(vec![body("a", 0.0), body("b", 1.0), body("c", 1.5)], |_, _| false);
-        assert_eq!(told.len(), 1, "b and c alone: {told:?}");
+        assert_eq!(warnings.len(), 1, "b and c alone: {warnings:?}");
         // It sweeps over both others between two tests.
-        meetings.bodies[0].extents = body("a", 9.0).extents;
-        assert_eq!(meetings.test(WarningCode::BodiesMeet, 0.1).len(), 2);
-        assert!(meetings.test(WarningCode::BodiesMeet, 0.2).is_empty());
+        detection.bodies[0].extents = body("a", 9.0).extents;
+        assert_eq!(detection.test(WarningCode::BodiesMeet, 0.1).len(), 2);
+        assert!(detection.test(WarningCode::BodiesMeet, 0.2).is_empty());
     }
 }

@@ -25,7 +25,7 @@ pub(super) struct Seams {
     /// Bodies whose material has refused a join: nothing more is joined in them until their nodes change.
     pub refused: BTreeSet<usize>,
     /// Body and number of each seam that an event says to be open.
-    told: BTreeSet<(usize, usize)>,
+    reported: BTreeSet<(usize, usize)>,
     sums: NodeSums,
 }
 
@@ -52,7 +52,7 @@ impl Seams {
 /// Stiffness of the spring of a pair, over its lighter mass and the square of the step: of implicit steps, which are stable with any, so that inertia hardly
 /// delays a seam; and of explicit ones, far below their limit of stability.
 const STIFFNESS: [f64; 2] = [100.0, 0.1];
-/// Time after which a seam that is still open is told, s beyond its `time`.
+/// Time after which a seam that is still open is reported, s beyond its `time`.
 const LATE: f64 = 0.1;
 
 impl Opening<'_> {
@@ -173,7 +173,7 @@ impl Session {
             }
             open += apart;
             let is_late = apart > 0 && time.start > seam.time + LATE;
-            if is_late && self.seams.told.insert((index, number)) {
+            if is_late && self.seams.reported.insert((index, number)) {
                 let (place, name) = (&seam.place, &body.name);
                 self.events.add(EventKind::Message, time.start, || {
                     format!("{place}: body `{name}`: {apart} pairs of this seam are still up to {widest:.4} m apart: what holds them is stronger")

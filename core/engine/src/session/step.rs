@@ -29,9 +29,9 @@ impl Session {
     pub(super) fn advance(&mut self) {
         let start = Instant::now();
         let time = StepTime { start: self.time(), dt: self.clock.dt };
-        self.watch.is_cancelled = false;
+        self.guard.is_cancelled = false;
         // What a cancelled step has done stays done, and this one goes on from there.
-        let resumed = self.watch.resumes_at.take();
+        let resumed = self.guard.resumes_at.take();
         let [regions, contact] = match resumed {
             Some(_) => [start.elapsed(); 2],
             None => self.follow_hands(time, start),
@@ -41,14 +41,14 @@ impl Session {
             frame.begin();
         }
         if resumed.is_none() {
-            self.begin_meetings(time);
+            self.begin_body_contact(time);
         }
         self.move_bodies(resumed.unwrap_or(0), time, &mut frame);
-        if self.watch.is_cancelled {
+        if self.guard.is_cancelled {
             self.frame = frame;
             return;
         }
-        self.resolve_meetings(time);
+        self.resolve_body_contact(time);
         self.finish_obstacles(time);
         self.advance_contact_laws(time);
         self.clock.steps += 1;
@@ -80,11 +80,11 @@ impl Session {
 
     /// Invalidates everything that depends on the nodes of a body, as after a change of them. A step that was cancelled then begins anew.
     pub fn changed(&mut self, index: usize) {
-        self.watch.resumes_at = None;
+        self.guard.resumes_at = None;
         self.seams.refused.remove(&index);
         self.integrators[index].resize(self.bodies[index].system.nodes.len());
         self.sleep.wake(index);
-        self.meetings.changed(index);
+        self.body_contacts.changed(index);
         self.integrators[index].in_contact = false;
         self.sheet_tips[index].invalidate();
         self.obstacles.contacts.iter_mut().skip(index).take(1).for_each(ObstacleContacts::invalidate);
@@ -186,13 +186,13 @@ impl Session {
                         continue;
                     }
                     // A body near others comes to rest after contact.
-                    if !self.meetings.is_near(index) {
+                    if !self.body_contacts.is_near(index) {
                         self.rest(index, fastest, time);
                     }
                 }
                 Err(NotMoved::Cancelled) => {
-                    self.watch.is_cancelled = true;
-                    self.watch.resumes_at = Some(index);
+                    self.guard.is_cancelled = true;
+                    self.guard.resumes_at = Some(index);
                     // It is counted again when the step goes on.
                     frame.nodes -= self.bodies[index].system.nodes.len();
                     frame.elements -= self.bodies[index].system.elements();
@@ -216,7 +216,7 @@ impl Session {
         if change.elements == 0 {
             return Ok(());
         }
-        self.meetings.changed(index);
+        self.body_contacts.changed(index);
         for slot in &mut self.tools {
             slot.soft[index].iter_mut().for_each(SoftTip::invalidate_areas);
         }
@@ -245,7 +245,7 @@ impl Session {
             self.scratch.springs.push(springs);
         }
         let deadline = self.deadline(index, start);
-        self.integrators[index].interrupts = Interrupts { cancel: self.watch.cancel.clone(), deadline };
+        self.integrators[index].interrupts = Interrupts { cancel: self.guard.cancel.clone(), deadline };
         let moved = self.move_under(index, time, &frequencies, frame);
         for (slot, springs) in self.tools.iter_mut().zip(&mut self.scratch.springs) {
             std::mem::swap(slot.tool.springs_mut(index), springs);
@@ -289,7 +289,7 @@ impl Session {
         let body = &mut self.bodies[index];
         let gravity = if body.discretization.is_whole() { self.plan.gravity } else { Vec3::zeros() };
         let is_single = substeps == 1 && self.limits.scheme.is_implicit();
-        let forces = if is_single { self.meetings.load(index, body.system.nodes.len()) } else { &[] };
+        let forces = if is_single { self.body_contacts.load(index, body.system.nodes.len()) } else { &[] };
         let loads = Loads { gravity, forces, tools: &self.scratch.springs };
         let elements = body.system.elements();
         let integrator = &mut self.integrators[index];

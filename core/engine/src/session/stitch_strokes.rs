@@ -49,10 +49,10 @@ impl Session {
         bodies: [usize; 2],
         search: StitchSearch,
     ) -> Result<Vec<StitchCandidate>, LatticeError> {
-        let mut meetings = std::mem::take(&mut self.meetings);
-        meetings.reserve(self.bodies.len());
-        let found = meetings.collisions.stitch_candidates(bodies, &mut self.bodies, search);
-        self.meetings = meetings;
+        let mut body_contacts = std::mem::take(&mut self.body_contacts);
+        body_contacts.reserve(self.bodies.len());
+        let found = body_contacts.collisions.stitch_candidates(bodies, &mut self.bodies, search);
+        self.body_contacts = body_contacts;
         found
     }
 
@@ -73,7 +73,11 @@ impl Session {
             if is_same || tie.bodies == [numbers[1], numbers[0]] {
                 let points = if is_same { tie.points } else { [tie.points[1], tie.points[0]] };
                 let place = |side: usize| {
-                    self.meetings.collisions.place_of(pair[side], points[side], &self.bodies[pair[side]].system.nodes.x)
+                    self.body_contacts.collisions.place_of(
+                        pair[side],
+                        points[side],
+                        &self.bodies[pair[side]].system.nodes.x,
+                    )
                 };
                 taken.extend(place(0).zip(place(1)).map(|(a, b)| [a, b]));
             }

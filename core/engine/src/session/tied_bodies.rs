@@ -35,10 +35,10 @@ impl Session {
             let edge = edge[0].min(edge[1]);
             let most = Body::join_distance(edge);
             let numbers = [i, j].map(|index| self.bodies[index].number);
-            let mut meetings = std::mem::take(&mut self.meetings);
-            meetings.reserve(self.bodies.len());
+            let mut body_contacts = std::mem::take(&mut self.body_contacts);
+            body_contacts.reserve(self.bodies.len());
             for points in found {
-                let gap = meetings.collisions.gap([i, j], points, &mut self.bodies).map_err(lattice)?;
+                let gap = body_contacts.collisions.gap([i, j], points, &mut self.bodies).map_err(lattice)?;
                 let Some(gap) = gap else {
                     let text = format!(
                         "vertices {} of body `{}` and {} of body `{}` are to be tied, and one of them is on no simulated part; allowed are \
@@ -63,7 +63,7 @@ impl Session {
                 };
                 self.ties.add(numbers, points, gap, closed_at);
             }
-            self.meetings = meetings;
+            self.body_contacts = body_contacts;
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Ties: points of two bodies that are stitched together. They are rows of the implicit solve of contact, so each body yields with its own matrix, and last
 //! until they are undone or a blade cuts the triangle that one of their points is on.
 
-use super::meetings::Meetings;
+use super::body_contacts::BodyContacts;
 use super::{EventKind, Session};
 use crate::body::Body;
 use crate::contact::{TiePoint, TieRow};
@@ -125,15 +125,15 @@ impl Session {
 
     /// Distance of the points of each tie, m, in the order in which they were made; of those whose points are on simulated parts.
     pub fn tie_gaps(&mut self) -> Vec<f64> {
-        let mut meetings = std::mem::take(&mut self.meetings);
-        meetings.reserve(self.bodies.len());
+        let mut body_contacts = std::mem::take(&mut self.body_contacts);
+        body_contacts.reserve(self.bodies.len());
         let list = Arc::clone(&self.ties.list);
         let gap = |tie: &Tie| {
             let bodies = self.places_of(tie)?;
-            meetings.collisions.gap(bodies, tie.points, &mut self.bodies).ok()?
+            body_contacts.collisions.gap(bodies, tie.points, &mut self.bodies).ok()?
         };
         let gaps = list.iter().filter_map(gap).map(|gap| gap.norm()).collect();
-        self.meetings = meetings;
+        self.body_contacts = body_contacts;
         gaps
     }
 
@@ -178,7 +178,7 @@ impl Session {
     /// Adds the ties between members to the solve of a step. `place` gives the place of a body among them.
     pub(super) fn add_tie_rows(
         &self,
-        meetings: &mut Meetings,
+        body_contacts: &mut BodyContacts,
         place: impl Fn(usize) -> Option<usize>,
         time: StepTime,
     ) -> bool {
@@ -189,7 +189,7 @@ impl Session {
             let most = tie.drawn_by.map_or(f64::INFINITY, |stroke| self.draws_with(stroke.tool) * time.dt);
             let share = tie.drawn_by.map(|_| 1.0 - time.dt / CLOSING_TIME.max(time.dt));
             let (number, points, gap) = (tie.number, tie.points, left_gap(tie, time));
-            meetings.collisions.add_tie(TieRow { number, members: [a, b], points, share, gap, most });
+            body_contacts.collisions.add_tie(TieRow { number, members: [a, b], points, share, gap, most });
             any = true;
         }
         any
@@ -202,7 +202,7 @@ impl Session {
     }
 
     /// Records what a step has done to ties: they are shorter, and points that have come near are tied.
-    pub(super) fn advance_ties(&mut self, meetings: &mut Meetings, time: StepTime) {
+    pub(super) fn advance_ties(&mut self, body_contacts: &mut BodyContacts, time: StepTime) {
         if self.ties.list.iter().all(|tie| tie.drawn_by.is_none() && tie.gap == Vec3::zeros()) {
             return;
         }
@@ -213,7 +213,7 @@ impl Session {
                 continue;
             };
             let Some(bodies) = self.places_of(tie) else { continue };
-            let Ok(Some(gap)) = meetings.collisions.gap(bodies, tie.points, &mut self.bodies) else { continue };
+            let Ok(Some(gap)) = body_contacts.collisions.gap(bodies, tie.points, &mut self.bodies) else { continue };
             tie.gap = gap;
             if gap.norm() <= near {
                 (tie.drawn_by, tie.closed_at) = (None, time.start + time.dt + CLOSING_TIME);

@@ -167,11 +167,11 @@ impl Session {
         let bodies = self.bodies.iter().zip(&self.warnings.material_places);
         bodies.flat_map(|(body, place)| {
             let (name, material) = (&body.name, &body.system.material);
-            let told = [
+            let warnings = [
                 (WarningCode::DoubtfulElements, material.element_warning()),
                 (WarningCode::PluginWarning, material.last_warning()),
             ];
-            told.into_iter().filter_map(move |(code, text)| {
+            warnings.into_iter().filter_map(move |(code, text)| {
                 let message = format!("material `{}` of body `{name}`: {}", material.name(), text?);
                 Some(Warning { code, place: place.clone(), message })
             })

@@ -1,6 +1,6 @@
-//! Encoding of poses, devices, lapses and commands as little-endian bytes. `pliant_engine::recording` decodes them.
+//! Encoding of poses, devices, timeouts and commands as little-endian bytes. `pliant_engine::recording` decodes them.
 
-use pliant_engine::session::{Lapse, SessionCommand, Stage};
+use pliant_engine::session::{SessionCommand, Stage, StepTimeout};
 use pliant_host::{DeviceInfo, Pose};
 
 /// Appends numbers, 8 bytes each.
@@ -33,16 +33,16 @@ fn limits(f: &DeviceInfo) -> [f64; 8] {
     [f.rate, f.peak_force, f.continuous_force, f.stiffness, f.damping, f.resolution, f.taxel_pitch, f.taxel_force]
 }
 
-/// Appends a lapse: step, body and stage, then its reason up to the end of the block.
-pub(super) fn put_lapse(out: &mut Vec<u8>, lapse: &Lapse) {
-    out.extend_from_slice(&lapse.step.to_le_bytes());
-    out.extend_from_slice(&lapse.body.to_le_bytes());
-    out.push(match lapse.stage {
+/// Appends a timeout: step, body and stage, then its reason up to the end of the block.
+pub(super) fn put_timeout(out: &mut Vec<u8>, timeout: &StepTimeout) {
+    out.extend_from_slice(&timeout.step.to_le_bytes());
+    out.extend_from_slice(&timeout.body.to_le_bytes());
+    out.push(match timeout.stage {
         Stage::Region => 0,
         Stage::Step => 1,
         Stage::Interrupted => 2,
     });
-    out.extend_from_slice(lapse.why.as_bytes());
+    out.extend_from_slice(timeout.why.as_bytes());
 }
 
 /// Appends a command: its kind, then its numbers, then a name up to the end of the block.

@@ -1,10 +1,10 @@
 //! Writing of recordings, step by step.
 
-use super::encoding::{put_command, put_device, put_lapse, put_numbers, put_pose};
+use super::encoding::{put_command, put_device, put_numbers, put_pose, put_timeout};
 use crate::atomic::{AtomicFile, error_at};
 use crate::inputs::refuse_inputs;
 use pliant_engine::recording::format::{
-    COMMAND, DEVICE, END, HEADER, IDLE, LAPSE, MAGIC, RecordedFile, RecordingHeader, STEP, VERSION,
+    COMMAND, DEVICE, END, HEADER, IDLE, MAGIC, RecordedFile, RecordingHeader, STEP, TIMEOUT, VERSION,
 };
 use pliant_engine::recording::{Digest, original_of, state_digest};
 use pliant_engine::scene::{Scene, Source};
@@ -46,8 +46,8 @@ pub struct RecordingWriter<W = AtomicFile> {
     digest: Digest,
     /// Number of steps so far, idle ones included.
     steps: u64,
-    /// Number of lapses of the session that are written.
-    lapses: usize,
+    /// Number of timeouts of the session that are written.
+    timeouts: usize,
     /// Encoded forces and state digest of the last step; empty if a hand was present in it or a command follows.
     last: Vec<u8>,
     /// Encoded forces and state digest of the step that is being written.
@@ -152,7 +152,7 @@ impl<W: Write> RecordingWriter<W> {
         let first = header.files.iter().find(|file| is_divided && !file.plugin);
         let undivided = first.map(|file| std::fs::read(&file.path).map_err(|e| error_at(&file.path, e))).transpose()?;
         let (last, next) = (Vec::new(), Vec::new());
-        let mut writer = Self { file, block, digest, steps: 0, lapses: 0, last, next, idle: 0, model, undivided };
+        let mut writer = Self { file, block, digest, steps: 0, timeouts: 0, last, next, idle: 0, model, undivided };
         writer.put_block(HEADER)?;
         for slot in &session.devices {
             put_device(&mut writer.block, &slot.name, &slot.facts);
@@ -175,19 +175,19 @@ impl<W: Write> RecordingWriter<W> {
         self.next.extend_from_slice(&state_digest(session).to_le_bytes());
         let mut poses = session.devices.iter().flat_map(|slot| slot.poses());
         let is_absent = poses.all(|pose| pose.flags & POSE_VALID == 0 && pose.buttons == 0);
-        let lapses = &session.lapses()[self.lapses..];
+        let timeouts = &session.timeouts()[self.timeouts..];
         self.steps += 1;
         // Invalid poses have no effect, so this step equals the last one.
-        if is_absent && lapses.is_empty() && self.next == self.last {
+        if is_absent && timeouts.is_empty() && self.next == self.last {
             self.idle += 1;
             return if self.idle == u32::MAX { self.put_idle() } else { Ok(()) };
         }
         self.put_idle()?;
-        for lapse in lapses {
-            put_lapse(&mut self.block, lapse);
-            self.put_block(LAPSE)?;
+        for timeout in timeouts {
+            put_timeout(&mut self.block, timeout);
+            self.put_block(TIMEOUT)?;
         }
-        self.lapses = session.lapses().len();
+        self.timeouts = session.timeouts().len();
         for pose in session.devices.iter().flat_map(|slot| slot.poses()) {
             put_pose(&mut self.block, pose);
         }

@@ -22,7 +22,7 @@ pub(crate) struct StateMap {
 }
 
 /// Name, colour and letter of each state; the letter identifies the state without colour.
-const LOOKS: [(&str, &str, &str); 6] = [
+const STATE_STYLES: [(&str, &str, &str); 6] = [
     ("stable", "#9fd3b5", "s"),
     ("damped", "#cfe8f7", "d"),
     ("growing", "#f0a07c", "G"),
@@ -42,16 +42,16 @@ impl StateMap {
     /// The picture as SVG.
     pub(crate) fn svg(&self) -> String {
         let size = (CELL.0 * self.columns.len() as f64, CELL.1 * self.rows.len() as f64);
-        let height = (TOP + size.1 + 62.0).max(TOP + 24.0 * (LOOKS.len() + 2) as f64);
+        let height = (TOP + size.1 + 62.0).max(TOP + 24.0 * (STATE_STYLES.len() + 2) as f64);
         let mut svg = Svg::new((LEFT + size.0 + 170.0).max(460.0), height, &self.title);
         let up = |row: f64| TOP + size.1 - CELL.1 * row;
         for (r, row) in self.states.iter().enumerate() {
             svg.text((LEFT - 7.0, up(r as f64 + 0.5) + 4.0), Anchor::End, "", &format_short(self.rows[r]));
             for (c, state) in row.iter().enumerate() {
-                let look = LOOKS.iter().find(|l| l.0 == state).unwrap_or(&("", "#ffffff", "?"));
+                let style = STATE_STYLES.iter().find(|l| l.0 == state).unwrap_or(&("", "#ffffff", "?"));
                 let at = (LEFT + CELL.0 * c as f64, up(r as f64 + 1.0));
-                svg.rect(at, CELL, &format!("fill=\"{}\" stroke=\"#fff\"", look.1));
-                svg.text((at.0 + 0.5 * CELL.0, at.1 + 16.0), Anchor::Middle, "fill=\"#333\"", look.2);
+                svg.rect(at, CELL, &format!("fill=\"{}\" stroke=\"#fff\"", style.1));
+                svg.text((at.0 + 0.5 * CELL.0, at.1 + 16.0), Anchor::Middle, "fill=\"#333\"", style.2);
             }
         }
         for (c, value) in self.columns.iter().enumerate() {
@@ -67,15 +67,15 @@ impl StateMap {
         svg.text_up((20.0, TOP + 0.5 * size.1), &self.y);
         let right = LEFT + size.0 + 18.0;
         let seen = |l: &&(&str, &str, &str)| self.states.iter().flatten().any(|s| s == l.0);
-        let looks: Vec<_> = LOOKS.iter().filter(seen).collect();
-        for (i, look) in looks.iter().enumerate() {
+        let styles: Vec<_> = STATE_STYLES.iter().filter(seen).collect();
+        for (i, style) in styles.iter().enumerate() {
             let y = TOP + 24.0 * i as f64;
-            svg.rect((right, y), (26.0, 18.0), &format!("fill=\"{}\"", look.1));
-            svg.text((right + 13.0, y + 13.0), Anchor::Middle, "fill=\"#333\"", look.2);
-            svg.text((right + 34.0, y + 13.0), Anchor::Start, "", look.0);
+            svg.rect((right, y), (26.0, 18.0), &format!("fill=\"{}\"", style.1));
+            svg.text((right + 13.0, y + 13.0), Anchor::Middle, "fill=\"#333\"", style.2);
+            svg.text((right + 34.0, y + 13.0), Anchor::Start, "", style.0);
         }
         if self.predicted.iter().any(Option::is_some) {
-            let y = TOP + 24.0 * looks.len() as f64 + 9.0;
+            let y = TOP + 24.0 * styles.len() as f64 + 9.0;
             svg.line((right, y), (right + 26.0, y), "stroke=\"#000\" stroke-width=\"3\"");
             svg.text((right + 34.0, y + 4.0), Anchor::Start, "", "predicted limit");
         }

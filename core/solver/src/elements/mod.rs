@@ -188,7 +188,7 @@ impl ElementSet {
         Ok(())
     }
 
-    /// Has the material say which elements have failed, if it has not since the history or the rest data has changed. After an error the list is
+    /// Asks the material which elements have failed, unless it was asked since the history or the rest data last changed. After an error the list is
     /// as before, and the next call asks again.
     pub(super) fn update_failed(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
         if !(self.failed_is_stale && self.has(abi::CAN_FAIL)) {
@@ -196,12 +196,12 @@ impl ElementSet {
         }
         let (count, mut next) = (self.count(), std::mem::take(&mut self.next_failed));
         next.fill(0);
-        let told = match count {
+        let checked = match count {
             0 => Ok(()),
             _ => self.for_each_rest_call(nodes, |call| material.failed(call, &mut next)),
         };
         self.next_failed = next;
-        told?;
+        checked?;
         self.failed_is_stale = false;
         if self.next_failed != self.failed {
             std::mem::swap(&mut self.failed, &mut self.next_failed);

@@ -1,7 +1,7 @@
 //! Contacts of features: how velocities of nodes make the two sides part and slide, and what is known of the impulses.
 
 use super::features::{Gap, Kind};
-use super::nodes::MeetingNodes;
+use super::nodes::CollisionNodes;
 use pliant_solver::Vec3;
 
 /// Coefficients of a node in the relative velocity at a contact.
@@ -110,7 +110,7 @@ impl ContactSet {
         &mut self,
         gap: &Gap,
         carriers: impl Fn(usize) -> (u32, &'a [(u32, f64)]),
-        nodes: &MeetingNodes,
+        nodes: &CollisionNodes,
         mut data: ContactData,
     ) {
         let first = self.shares.len();
@@ -158,7 +158,7 @@ impl ContactSet {
     pub fn add_tie(
         &mut self,
         carriers: &[(u32, f64)],
-        nodes: &MeetingNodes,
+        nodes: &CollisionNodes,
         (data, law): (ContactData, Law),
         bounds: Vec3,
     ) {
@@ -181,7 +181,7 @@ impl ContactSet {
     }
 
     /// Adds a contact whose shares are the last ones, unless no node of it can move.
-    fn push(&mut self, mut contact: Contact, nodes: &MeetingNodes) {
+    fn push(&mut self, mut contact: Contact, nodes: &CollisionNodes) {
         let first = contact.shares[0] as usize;
         for share in &self.shares[first..] {
             let rows = contact.rows(share);

@@ -14,7 +14,7 @@
 
 use super::contact::{Contact, ContactSet, Law};
 use super::equalities::TieVectors;
-use super::nodes::MeetingNodes;
+use super::nodes::CollisionNodes;
 use super::{Compliance, RECOVERY_TIME};
 use pliant_solver::Vec3;
 use std::ops::Range;
@@ -98,7 +98,7 @@ impl DualSolver {
     pub fn solve(
         &mut self,
         set: &mut ContactSet,
-        (nodes, free): (&MeetingNodes, &[Vec3]),
+        (nodes, free): (&CollisionNodes, &[Vec3]),
         members: &[DualMember],
         bodies: &mut dyn Compliance,
         dt: f64,
@@ -197,7 +197,7 @@ impl DualSolver {
     fn descend(
         &mut self,
         set: &mut ContactSet,
-        nodes: &MeetingNodes,
+        nodes: &CollisionNodes,
         members: &[DualMember],
         bodies: &mut dyn Compliance,
         report: &mut DualReport,
@@ -229,7 +229,7 @@ impl DualSolver {
     pub(super) fn respond(
         &mut self,
         set: &ContactSet,
-        nodes: &MeetingNodes,
+        nodes: &CollisionNodes,
         members: &[DualMember],
         bodies: &mut dyn Compliance,
         report: &mut DualReport,
@@ -247,7 +247,7 @@ impl DualSolver {
     pub(super) fn respond_to_impulses(
         &mut self,
         set: &ContactSet,
-        nodes: &MeetingNodes,
+        nodes: &CollisionNodes,
         members: &[DualMember],
         bodies: &mut dyn Compliance,
         report: &mut DualReport,
@@ -370,7 +370,7 @@ mod tests {
             Vec3::new(-0.5, 0.75, 0.0),
             Vec3::new(-0.5, -0.75, 0.0),
         ];
-        let nodes = MeetingNodes {
+        let nodes = CollisionNodes {
             start: x.to_vec(),
             x: x.to_vec(),
             v: vec![Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), Vec3::zeros(), Vec3::zeros()],

@@ -4,7 +4,7 @@
 use super::Compliance;
 use super::contact::ContactSet;
 use super::dual::{DualMember, DualReport, DualSolver, missing};
-use super::nodes::MeetingNodes;
+use super::nodes::CollisionNodes;
 use pliant_solver::Vec3;
 
 /// Most iterations of a solve.
@@ -47,7 +47,7 @@ impl DualSolver {
     pub(super) fn solve_ties(
         &mut self,
         set: &mut ContactSet,
-        (nodes, members): (&MeetingNodes, &[DualMember]),
+        (nodes, members): (&CollisionNodes, &[DualMember]),
         bodies: &mut dyn Compliance,
         tolerance: f64,
         report: &mut DualReport,
@@ -80,7 +80,7 @@ impl DualSolver {
         &mut self,
         set: &mut ContactSet,
         cg: &mut TieVectors,
-        (nodes, members): (&MeetingNodes, &[DualMember]),
+        (nodes, members): (&CollisionNodes, &[DualMember]),
         bodies: &mut dyn Compliance,
         tolerance: f64,
         report: &mut DualReport,

@@ -6,7 +6,7 @@
 //! kinetic energy never grows; each impulse acts on both sides, so linear and angular momentum stay. Elastic energy may grow.
 
 use super::contact::{Contact, ContactSet, Share};
-use super::nodes::MeetingNodes;
+use super::nodes::CollisionNodes;
 use pliant_solver::Vec3;
 
 /// Most sweeps over the contacts.
@@ -26,7 +26,7 @@ pub(super) struct Impulses {
 
 impl Impulses {
     /// Finds the impulses and applies them: velocities change by them, and positions by what velocities change in `remaining` (s).
-    pub fn apply(&mut self, nodes: &mut MeetingNodes, remaining: f64) {
+    pub fn apply(&mut self, nodes: &mut CollisionNodes, remaining: f64) {
         self.before.clone_from(&nodes.v);
         let energy = nodes.kinetic_energy();
         let (contacts, shares) = self.set.parts();
@@ -49,7 +49,7 @@ impl Impulses {
     }
 }
 
-fn iterate(contacts: &mut [Contact], shares: &[Share], nodes: &mut MeetingNodes) {
+fn iterate(contacts: &mut [Contact], shares: &[Share], nodes: &mut CollisionNodes) {
     let approach = |contact: &Contact| (contact.bounds[0] - contact.velocities(shares, &nodes.v)[0]).max(0.0);
     let tolerance = TOLERANCE * contacts.iter().map(approach).fold(0.0, f64::max);
     for _ in 0..MAX_SWEEPS {
@@ -63,7 +63,7 @@ fn iterate(contacts: &mut [Contact], shares: &[Share], nodes: &mut MeetingNodes)
     }
 }
 
-fn push(contact: &Contact, shares: &[Share], nodes: &mut MeetingNodes, impulse: [f64; 3]) {
+fn push(contact: &Contact, shares: &[Share], nodes: &mut CollisionNodes, impulse: [f64; 3]) {
     for share in contact.shares(shares) {
         let rows = contact.rows(share);
         let total = impulse[0] * rows[0] + impulse[1] * rows[1] + impulse[2] * rows[2];
@@ -73,7 +73,7 @@ fn push(contact: &Contact, shares: &[Share], nodes: &mut MeetingNodes, impulse: 
 }
 
 /// Updates the impulses of a contact. Returns the change of a relative velocity, m/s.
-fn update(contact: &mut Contact, shares: &[Share], nodes: &mut MeetingNodes) -> f64 {
+fn update(contact: &mut Contact, shares: &[Share], nodes: &mut CollisionNodes) -> f64 {
     let [normal, ..] = contact.velocities(shares, &nodes.v);
     let next = (contact.impulse[0] + (contact.bounds[0] - normal) / contact.compliance).max(0.0);
     let by = next - contact.impulse[0];

@@ -27,7 +27,7 @@ use candidates::{Candidate, FirstImpacts};
 use contact::ContactSet;
 use dual::{DualMember, DualSolver};
 use impulses::Impulses;
-use nodes::MeetingNodes;
+use nodes::CollisionNodes;
 use pliant_solver::{Constraint, Vec3};
 pub use stitch_search::{StitchCandidate, StitchSearch};
 use surface::CollisionSurface;
@@ -53,7 +53,7 @@ pub trait Compliance {
 
 /// How a body meets others.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Meeting {
+pub struct CollisionSettings {
     /// Whether it meets other bodies.
     pub meets: bool,
     /// Whether it meets itself.
@@ -96,7 +96,7 @@ struct Pair {
 
 /// What contact did to the bodies in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
+pub struct CollisionReport {
     /// Pairs of features whose ways come near each other.
     pub candidates: usize,
     /// Contacts of the last implicit solve.
@@ -119,7 +119,7 @@ pub struct Outcome {
     pub left: usize,
 }
 
-impl Default for Outcome {
+impl Default for CollisionReport {
     fn default() -> Self {
         Self {
             candidates: 0,
@@ -146,7 +146,7 @@ pub struct BodyCollisions {
     ties: Vec<TieRow>,
     /// Nodes that carry a tie, with weights (buffer).
     carriers: Vec<(u32, f64)>,
-    nodes: MeetingNodes,
+    nodes: CollisionNodes,
     /// Positions of all vertices at the start and at the end of the step, m, and velocities at its end, m/s.
     from: Vec<Vec3>,
     to: Vec<Vec3>,

@@ -4,7 +4,7 @@ use pliant_solver::{Constraint, Vec3};
 
 /// State of the nodes between the start and the end of a step.
 #[derive(Default)]
-pub(super) struct MeetingNodes {
+pub(super) struct CollisionNodes {
     /// Positions at the start, m (n x 3).
     pub start: Vec<Vec3>,
     /// Positions at the end, m (n x 3).
@@ -21,7 +21,7 @@ pub(super) struct MeetingNodes {
     pub constraint: Vec<Constraint>,
 }
 
-impl MeetingNodes {
+impl CollisionNodes {
     /// Removes all nodes.
     pub fn clear(&mut self) {
         self.start.clear();

@@ -4,7 +4,7 @@ use super::candidates::{find_impacts, list};
 use super::contact::{ContactData, feature_key};
 use super::dual::DualMember;
 use super::features::{Gap, Kind, gap};
-use super::{BodyCollisions, Candidate, Compliance, LISTED, Member, NEAR, Outcome, RECOVERY_TIME, zones};
+use super::{BodyCollisions, Candidate, CollisionReport, Compliance, LISTED, Member, NEAR, RECOVERY_TIME, zones};
 use crate::body::DisjointSets;
 use pliant_solver::Vec3;
 
@@ -19,8 +19,8 @@ const LEAST_REMAINING: f64 = 1e-3;
 
 impl BodyCollisions {
     /// Takes collisions within the step of `dt` (s) away.
-    pub fn resolve(&mut self, dt: f64, bodies: &mut dyn Compliance) -> Outcome {
-        let mut outcome = Outcome::default();
+    pub fn resolve(&mut self, dt: f64, bodies: &mut dyn Compliance) -> CollisionReport {
+        let mut report = CollisionReport::default();
         self.from.clear();
         for member in &self.members {
             let surface = &self.surfaces[member.body as usize];
@@ -29,34 +29,34 @@ impl BodyCollisions {
         }
         self.update_ends();
         self.list_candidates();
-        outcome.candidates = self.candidates.len();
+        report.candidates = self.candidates.len();
         self.set.clear();
         if self.candidates.is_empty() && self.ties.is_empty() && !self.has_predicted() {
             self.warm_start.clear();
-            return outcome;
+            return report;
         }
-        if self.solve_implicit(dt, bodies, &mut outcome) {
-            return outcome;
+        if self.solve_implicit(dt, bodies, &mut report) {
+            return report;
         }
         self.impulses.set.clear();
         for _ in 0..MAX_ROUNDS {
             let first = self.find_impacts();
             if first.is_infinite() {
-                return outcome;
+                return report;
             }
-            outcome.rounds += 1;
+            report.rounds += 1;
             let time = first.min(1.0 - LEAST_REMAINING) * dt;
             self.impulses.set.clear();
             self.add_near(dt, time);
             self.add_impacts(dt, time);
-            self.push(dt, time, &mut outcome);
+            self.push(dt, time, &mut report);
         }
-        self.move_zones(dt, &mut outcome);
-        outcome
+        self.move_zones(dt, &mut report);
+        report
     }
 
     /// Rounds of the implicit solve, each with the contacts of the round before and those of the impacts that it left. Returns whether no impact is left.
-    fn solve_implicit(&mut self, dt: f64, bodies: &mut dyn Compliance, outcome: &mut Outcome) -> bool {
+    fn solve_implicit(&mut self, dt: f64, bodies: &mut dyn Compliance, report: &mut CollisionReport) -> bool {
         self.free.0.clone_from(&self.nodes.x);
         self.free.1.clone_from(&self.nodes.v);
         let mut members = std::mem::take(&mut self.dual_members);
@@ -89,12 +89,12 @@ impl BodyCollisions {
             if is_idle || bodies.is_cancelled() || (solve > 0 && self.set.contacts.len() == first) {
                 break;
             }
-            let report = self.dual.solve(&mut self.set, (&self.nodes, &self.free.1), &members, bodies, dt);
-            outcome.solves += 1;
-            outcome.contacts = self.set.contacts.len();
-            outcome.iterations += report.iterations;
-            outcome.solver_iterations += report.solver_iterations;
-            outcome.has_converged &= report.converged;
+            let solved = self.dual.solve(&mut self.set, (&self.nodes, &self.free.1), &members, bodies, dt);
+            report.solves += 1;
+            report.contacts = self.set.contacts.len();
+            report.iterations += solved.iterations;
+            report.solver_iterations += solved.solver_iterations;
+            report.has_converged &= solved.converged;
             let ends = self.nodes.x.iter_mut().zip(&mut self.nodes.v);
             for ((x, v), ((free_x, free_v), by)) in
                 ends.zip(self.free.0.iter().zip(&self.free.1).zip(&self.dual.changes))
@@ -102,7 +102,7 @@ impl BodyCollisions {
                 (*x, *v) = (free_x + dt * by, free_v + by);
             }
             self.follow();
-            outcome.has_pushed = true;
+            report.has_pushed = true;
             is_clear = self.find_impacts().is_infinite();
             if is_clear {
                 break;
@@ -142,7 +142,7 @@ impl BodyCollisions {
     }
 
     /// Applies the impulses at `time` (s) within a step of `dt` (s).
-    fn push(&mut self, dt: f64, time: f64, outcome: &mut Outcome) {
+    fn push(&mut self, dt: f64, time: f64, report: &mut CollisionReport) {
         if self.impulses.set.is_empty() {
             return;
         }
@@ -150,7 +150,7 @@ impl BodyCollisions {
         let totals = &mut self.totals;
         self.impulses.set.visit(|bodies, impulse| {
             if impulse != Vec3::zeros() {
-                outcome.has_pushed = true;
+                report.has_pushed = true;
                 totals[bodies[0] as usize] += impulse;
                 totals[bodies[1] as usize] -= impulse;
             }
@@ -277,7 +277,7 @@ impl BodyCollisions {
     }
 
     /// Moves the nodes of collisions that are left as rigid zones, which grow until none is left.
-    fn move_zones(&mut self, dt: f64, outcome: &mut Outcome) {
+    fn move_zones(&mut self, dt: f64, report: &mut CollisionReport) {
         let mut sets = DisjointSets::new(self.nodes.len());
         let mut is_in_zone = vec![false; self.nodes.len()];
         for _ in 0..MAX_ZONE_ROUNDS {
@@ -298,15 +298,15 @@ impl BodyCollisions {
             let mut zones: Vec<(u32, u32)> =
                 (0..self.nodes.len() as u32).filter(|i| is_in_zone[*i as usize]).map(|i| (sets.find(i), i)).collect();
             zones.sort_unstable();
-            outcome.zones = 0;
+            report.zones = 0;
             for zone in zones.chunk_by(|a, b| a.0 == b.0) {
                 let ids: Vec<u32> = zone.iter().map(|(_, i)| *i).collect();
                 zones::move_rigidly(&ids, &mut self.nodes, dt);
-                outcome.zones += 1;
+                report.zones += 1;
             }
-            outcome.has_pushed = true;
+            report.has_pushed = true;
             self.follow();
         }
-        outcome.left = self.candidates.iter().filter(|candidate| candidate.impact.is_finite()).count();
+        report.left = self.candidates.iter().filter(|candidate| candidate.impact.is_finite()).count();
     }
 }

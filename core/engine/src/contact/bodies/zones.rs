@@ -1,7 +1,7 @@
 //! Impact zones: nodes whose collisions impulses have not resolved move as one rigid body for the rest of the step, with the linear and angular
 //! momentum that they have (Provot 1997; Harmon, Vouga, Tamstorf and Grinspun 2008).
 
-use super::nodes::MeetingNodes;
+use super::nodes::CollisionNodes;
 use nalgebra::Matrix3;
 use pliant_solver::Vec3;
 
@@ -10,7 +10,7 @@ const MAX_TURN: f64 = 0.5;
 
 /// Moves the nodes of a zone as a rigid body, from where they were at the start of a step of `dt` (s). A zone with a node that contact cannot move goes with
 /// that node.
-pub(super) fn move_rigidly(zone: &[u32], nodes: &mut MeetingNodes, dt: f64) {
+pub(super) fn move_rigidly(zone: &[u32], nodes: &mut CollisionNodes, dt: f64) {
     let ids = || zone.iter().map(|i| *i as usize);
     let held = ids().filter(|&i| !nodes.is_free(i));
     let (count, moved, v) = held.fold((0, Vec3::zeros(), Vec3::zeros()), |(count, moved, v), i| {
@@ -56,7 +56,7 @@ pub(super) fn move_rigidly(zone: &[u32], nodes: &mut MeetingNodes, dt: f64) {
     }
 }
 
-fn translate(zone: &[u32], nodes: &mut MeetingNodes, [by, velocity]: [Vec3; 2]) {
+fn translate(zone: &[u32], nodes: &mut CollisionNodes, [by, velocity]: [Vec3; 2]) {
     for i in zone.iter().map(|i| *i as usize) {
         nodes.x[i] = nodes.start[i] + by;
         nodes.v[i] = velocity;

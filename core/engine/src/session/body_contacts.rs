@@ -3,14 +3,14 @@
 use super::body_responses::{BodyResponses, ResponseState};
 use super::{EventKind, Session, SessionError};
 use crate::body::{Body, LatticeError};
-use crate::contact::{BodyCollisions, Meeting, Outcome};
+use crate::contact::{BodyCollisions, CollisionReport, CollisionSettings};
 use crate::plan::Plan;
 use pliant_solver::{Constraint, StepTime, Vec3};
 use std::time::Instant;
 
 /// Two bodies that may meet, or one that meets itself.
 #[derive(Clone)]
-struct MeetingPair {
+struct CollisionPair {
     bodies: [usize; 2],
     friction: [f64; 2],
     /// What the boxes of the two can still close before they overlap, m.
@@ -21,17 +21,17 @@ struct MeetingPair {
 
 /// What a session knows about the contact of its bodies with each other.
 #[derive(Default)]
-pub(super) struct Meetings {
-    pairs: Vec<MeetingPair>,
+pub(super) struct BodyContacts {
+    pairs: Vec<CollisionPair>,
     /// The pairs of the bodies of the scene, once one of them has been split.
-    of_scene: Option<Vec<MeetingPair>>,
+    of_scene: Option<Vec<CollisionPair>>,
     pub(super) collisions: BodyCollisions,
     /// Whether each body is near another in this step, or stitched to one; empty without pairs and ties.
     near: Vec<bool>,
     /// Wall-clock time of the stage in the last step, s.
     seconds: f64,
     /// What contact did in the last step.
-    outcome: Outcome,
+    report: CollisionReport,
     responses: Vec<ResponseState>,
     /// Forces of contact on the nodes of each body in the last step, N (n x 3), or empty for none: the next step begins with them, so that what holds the
     /// body feels them.
@@ -40,15 +40,16 @@ pub(super) struct Meetings {
     is_loaded: Vec<bool>,
     /// Pairs of bodies that are stitched together, lower index first; they do not meet.
     tied: Vec<[usize; 2]>,
-    /// Buffer of [`Session::resolve_meetings`].
+    /// Buffer of [`Session::resolve_body_contact`].
     members: Vec<usize>,
 }
 
-impl Meetings {
+impl BodyContacts {
     /// The pairs of a plan.
     pub(super) fn new(plan: &Plan, bodies: &[Body]) -> Self {
-        let moving = plan.meetings.iter().zip(&plan.moving).filter(|(_, moves)| **moves).map(|(meeting, _)| *meeting);
-        let of: Vec<Meeting> = moving.collect();
+        let moving =
+            plan.collisions.iter().zip(&plan.moving).filter(|(_, moves)| **moves).map(|(settings, _)| *settings);
+        let of: Vec<CollisionSettings> = moving.collect();
         let is_linear = |i: usize| bodies[i].discretization.lattice().is_none_or(|l| !l.source.is_nonlinear());
         let mut pairs = Vec::new();
         for j in 0..of.len() {
@@ -57,15 +58,15 @@ impl Meetings {
                 let meet = if i == j { a.meets_itself } else { a.meets && b.meets && is_linear(i) && is_linear(j) };
                 if meet {
                     let friction = [0, 1].map(|k| a.friction[k].min(b.friction[k]));
-                    pairs.push(MeetingPair { bodies: [i, j], friction, slack: 0.0, is_near: false });
+                    pairs.push(CollisionPair { bodies: [i, j], friction, slack: 0.0, is_near: false });
                 }
             }
         }
-        let mut meetings = Self { pairs, ..Self::default() };
-        if !meetings.pairs.is_empty() {
-            meetings.reserve(of.len());
+        let mut body_contacts = Self { pairs, ..Self::default() };
+        if !body_contacts.pairs.is_empty() {
+            body_contacts.reserve(of.len());
         }
-        meetings
+        body_contacts
     }
 
     /// Makes room for this many bodies, where contact has had nothing to do so far.
@@ -93,7 +94,7 @@ impl Meetings {
         for (j, b) in roots.iter().enumerate() {
             for (i, a) in roots[..=j].iter().enumerate().filter(|(i, a)| *i == j || *a != b) {
                 let same = of_scene.iter().find(|pair| pair.bodies == [*a.min(b), *a.max(b)]);
-                pairs.extend(same.map(|pair| MeetingPair { bodies: [i, j], slack: 0.0, is_near: false, ..*pair }));
+                pairs.extend(same.map(|pair| CollisionPair { bodies: [i, j], slack: 0.0, is_near: false, ..*pair }));
             }
         }
         (self.pairs, self.near) = (pairs, Vec::new());
@@ -152,22 +153,22 @@ const NEAR: f64 = 0.2;
 
 impl Session {
     /// Finds the bodies that may meet in a step, before they move, and records where they are.
-    pub(super) fn begin_meetings(&mut self, time: StepTime) {
-        let mut meetings = std::mem::take(&mut self.meetings);
-        self.find_tied(&mut meetings.tied);
-        if meetings.pairs.is_empty() && meetings.tied.is_empty() {
-            self.meetings = meetings;
+    pub(super) fn begin_body_contact(&mut self, time: StepTime) {
+        let mut body_contacts = std::mem::take(&mut self.body_contacts);
+        self.find_tied(&mut body_contacts.tied);
+        if body_contacts.pairs.is_empty() && body_contacts.tied.is_empty() {
+            self.body_contacts = body_contacts;
             return;
         }
         let start = Instant::now();
-        meetings.reserve(self.bodies.len());
-        meetings.collisions.begin();
-        meetings.near.fill(false);
-        meetings.is_loaded.fill(false);
+        body_contacts.reserve(self.bodies.len());
+        body_contacts.collisions.begin();
+        body_contacts.near.fill(false);
+        body_contacts.is_loaded.fill(false);
         let fall = 2.0 * time.dt * time.dt * self.plan.gravity.norm();
-        for at in 0..meetings.pairs.len() {
-            let is_tied = meetings.is_tied(meetings.pairs[at].bodies);
-            let pair = &mut meetings.pairs[at];
+        for at in 0..body_contacts.pairs.len() {
+            let is_tied = body_contacts.is_tied(body_contacts.pairs[at].bodies);
+            let pair = &mut body_contacts.pairs[at];
             let [i, j] = pair.bodies;
             let reach = |b: usize| fall + 2.0 * self.moved[b] + NEAR * self.bodies[b].discretization.edge();
             let reach = reach(i) + reach(j);
@@ -177,28 +178,28 @@ impl Session {
             pair.is_near = !is_tied && (i == j || pair.slack <= reach);
             if pair.is_near {
                 for b in pair.bodies {
-                    meetings.near[b] = true;
+                    body_contacts.near[b] = true;
                 }
             }
         }
-        for b in meetings.tied.iter().flatten() {
-            meetings.near[*b] = true;
+        for b in body_contacts.tied.iter().flatten() {
+            body_contacts.near[*b] = true;
         }
         // A sheet is always near itself; it is in contact if anything of it came near in the last step.
-        let has_candidates = meetings.outcome.candidates > 0;
-        meetings.outcome = Outcome::default();
-        for index in 0..meetings.near.len() {
-            let may_touch = |pair: &MeetingPair| pair.is_near && (pair.bodies[0] != pair.bodies[1] || has_candidates);
-            let pairs = meetings.pairs.iter().filter(|pair| pair.bodies.contains(&index));
-            let is_tied = meetings.tied.iter().any(|pair| pair.contains(&index));
+        let has_candidates = body_contacts.report.candidates > 0;
+        body_contacts.report = CollisionReport::default();
+        for index in 0..body_contacts.near.len() {
+            let may_touch = |pair: &CollisionPair| pair.is_near && (pair.bodies[0] != pair.bodies[1] || has_candidates);
+            let pairs = body_contacts.pairs.iter().filter(|pair| pair.bodies.contains(&index));
+            let is_tied = body_contacts.tied.iter().any(|pair| pair.contains(&index));
             self.integrators[index].in_contact = is_tied || pairs.clone().any(may_touch);
-            if meetings.near[index] {
-                meetings.collisions.record_start(index, &self.bodies[index]);
+            if body_contacts.near[index] {
+                body_contacts.collisions.record_start(index, &self.bodies[index]);
             }
         }
         // What is met by something that moves wakes up.
-        let near = meetings.pairs.iter().filter(|pair| pair.is_near).map(|pair| pair.bodies);
-        for [i, j] in near.chain(meetings.tied.iter().copied()) {
+        let near = body_contacts.pairs.iter().filter(|pair| pair.is_near).map(|pair| pair.bodies);
+        for [i, j] in near.chain(body_contacts.tied.iter().copied()) {
             let moves = |b: usize| !self.sleep.is_asleep(b) && self.moved[b] >= self.sleep.speed() * time.dt;
             let [wakes_i, wakes_j] = [moves(j), moves(i)];
             for (b, wakes) in [(i, wakes_i), (j, wakes_j)] {
@@ -207,49 +208,49 @@ impl Session {
                 }
             }
         }
-        meetings.seconds = start.elapsed().as_secs_f64();
-        self.meetings = meetings;
+        body_contacts.seconds = start.elapsed().as_secs_f64();
+        self.body_contacts = body_contacts;
     }
 
     /// Takes the collisions of a step away, after all bodies have moved.
-    pub(super) fn resolve_meetings(&mut self, time: StepTime) {
-        if self.meetings.pairs.is_empty() && self.meetings.tied.is_empty() {
+    pub(super) fn resolve_body_contact(&mut self, time: StepTime) {
+        if self.body_contacts.pairs.is_empty() && self.body_contacts.tied.is_empty() {
             return;
         }
         let start = Instant::now();
-        let mut meetings = std::mem::take(&mut self.meetings);
-        for at in 0..meetings.pairs.len() {
-            let is_tied = meetings.is_tied(meetings.pairs[at].bodies);
-            let pair = &mut meetings.pairs[at];
+        let mut body_contacts = std::mem::take(&mut self.body_contacts);
+        for at in 0..body_contacts.pairs.len() {
+            let is_tied = body_contacts.is_tied(body_contacts.pairs[at].bodies);
+            let pair = &mut body_contacts.pairs[at];
             let [i, j] = pair.bodies;
             pair.slack -= self.moved[i] + self.moved[j];
             pair.is_near |= !is_tied && pair.slack <= 0.0;
         }
-        let mut members = std::mem::take(&mut meetings.members);
+        let mut members = std::mem::take(&mut body_contacts.members);
         members.clear();
-        members.extend(meetings.pairs.iter().filter(|pair| pair.is_near).flat_map(|pair| pair.bodies));
-        members.extend(meetings.tied.iter().flatten());
+        members.extend(body_contacts.pairs.iter().filter(|pair| pair.is_near).flat_map(|pair| pair.bodies));
+        members.extend(body_contacts.tied.iter().flatten());
         members.sort_unstable();
         members.dedup();
-        members.retain(|&index| self.prepare_member(&mut meetings, index, time));
+        members.retain(|&index| self.prepare_member(&mut body_contacts, index, time));
         let place = |body: usize| members.binary_search(&body).ok();
         let mut has_pairs = false;
-        for pair in meetings.pairs.iter().filter(|pair| pair.is_near) {
+        for pair in body_contacts.pairs.iter().filter(|pair| pair.is_near) {
             let [i, j] = pair.bodies;
             if let (Some(a), Some(b)) = (place(i), place(j))
                 && !(self.stands(i) && self.stands(j))
             {
-                meetings.collisions.add_pair([a, b], pair.friction);
+                body_contacts.collisions.add_pair([a, b], pair.friction);
                 has_pairs = true;
             }
         }
-        has_pairs |= self.add_tie_rows(&mut meetings, place, time);
-        if has_pairs || members.iter().any(|index| meetings.is_loaded[*index]) {
-            self.resolve_collisions(&mut meetings, &members, time);
+        has_pairs |= self.add_tie_rows(&mut body_contacts, place, time);
+        if has_pairs || members.iter().any(|index| body_contacts.is_loaded[*index]) {
+            self.resolve_collisions(&mut body_contacts, &members, time);
         }
-        for (index, forces) in meetings.forces.iter_mut().enumerate() {
+        for (index, forces) in body_contacts.forces.iter_mut().enumerate() {
             match place(index).filter(|_| has_pairs && self.limits.scheme.is_implicit()) {
-                Some(member) => meetings.collisions.forces(member, time.dt, forces),
+                Some(member) => body_contacts.collisions.forces(member, time.dt, forces),
                 None => forces.clear(),
             }
         }
@@ -258,10 +259,10 @@ impl Session {
                 self.rest(index, self.moved[index] / time.dt, time);
             }
         }
-        self.advance_ties(&mut meetings, time);
-        meetings.members = members;
-        meetings.seconds += start.elapsed().as_secs_f64();
-        self.meetings = meetings;
+        self.advance_ties(&mut body_contacts, time);
+        body_contacts.members = members;
+        body_contacts.seconds += start.elapsed().as_secs_f64();
+        self.body_contacts = body_contacts;
     }
 
     /// Whether nothing moves a body: it is in quarantine, or it sleeps.
@@ -270,8 +271,8 @@ impl Session {
     }
 
     /// Adds a body to those that may meet. Returns whether its surface could be made.
-    fn prepare_member(&mut self, meetings: &mut Meetings, index: usize, time: StepTime) -> bool {
-        let Meetings { collisions, forces, is_loaded, .. } = meetings;
+    fn prepare_member(&mut self, body_contacts: &mut BodyContacts, index: usize, time: StepTime) -> bool {
+        let BodyContacts { collisions, forces, is_loaded, .. } = body_contacts;
         if self.bodies[index].system.nodes.is_empty() {
             return false;
         }
@@ -287,24 +288,24 @@ impl Session {
         true
     }
 
-    fn resolve_collisions(&mut self, meetings: &mut Meetings, members: &[usize], time: StepTime) {
-        let mut responses = BodyResponses::new(self, time, &mut meetings.responses);
-        let outcome = meetings.collisions.resolve(time.dt, &mut responses);
+    fn resolve_collisions(&mut self, body_contacts: &mut BodyContacts, members: &[usize], time: StepTime) {
+        let mut responses = BodyResponses::new(self, time, &mut body_contacts.responses);
+        let report = body_contacts.collisions.resolve(time.dt, &mut responses);
         for (index, why) in responses.end() {
             self.freeze(index, time.start, why);
         }
-        meetings.outcome = outcome;
+        body_contacts.report = report;
         for (place, &index) in members.iter().enumerate() {
-            if !outcome.has_pushed || self.stands(index) {
+            if !report.has_pushed || self.stands(index) {
                 continue;
             }
-            meetings.collisions.write_back(place, &mut self.bodies[index]);
+            body_contacts.collisions.write_back(place, &mut self.bodies[index]);
             let v = &self.bodies[index].system.nodes.v;
             self.moved[index] = time.dt * v.iter().fold(0.0, |most: f64, v| most.max(v.norm_squared())).sqrt();
         }
-        if outcome.left > 0 {
-            self.events.add_many(EventKind::CollisionsLeft, outcome.left as u64, time.start, || {
-                format!("{} collisions between bodies are left in a step: surfaces may cut into each other; take a shorter step", outcome.left)
+        if report.left > 0 {
+            self.events.add_many(EventKind::CollisionsLeft, report.left as u64, time.start, || {
+                format!("{} collisions between bodies are left in a step: surfaces may cut into each other; take a shorter step", report.left)
             });
         }
     }
@@ -325,35 +326,35 @@ impl Session {
     /// Returns the error of the grid plugin.
     pub(super) fn exclude_crossing_pairs(&mut self) -> Result<Vec<([usize; 2], usize)>, SessionError> {
         let mut excluded = Vec::new();
-        let mut meetings = std::mem::take(&mut self.meetings);
-        for pair in &meetings.pairs {
+        let mut body_contacts = std::mem::take(&mut self.body_contacts);
+        for pair in &body_contacts.pairs {
             let [i, j] = pair.bodies;
             if i != j && distance(&bounds(&self.bodies[i]), &bounds(&self.bodies[j])) > 0.0 {
                 continue;
             }
-            let found = meetings.collisions.crossings(pair.bodies, &mut self.bodies);
+            let found = body_contacts.collisions.crossings(pair.bodies, &mut self.bodies);
             let count = found.map_err(|error| SessionError::Lattice { body: self.bodies[i].name.clone(), error })?;
             if count > 0 {
                 excluded.push((pair.bodies, count));
             }
         }
-        meetings.pairs.retain(|pair| !excluded.iter().any(|(bodies, _)| *bodies == pair.bodies));
-        self.meetings = meetings;
+        body_contacts.pairs.retain(|pair| !excluded.iter().any(|(bodies, _)| *bodies == pair.bodies));
+        self.body_contacts = body_contacts;
         Ok(excluded)
     }
 
     /// Wall-clock time of contact between bodies in the last step, s; part of [`super::Frame::seconds`].
-    pub fn meeting_seconds(&self) -> f64 {
-        self.meetings.seconds
+    pub fn body_contact_seconds(&self) -> f64 {
+        self.body_contacts.seconds
     }
 
     /// What contact between bodies did in the last step.
-    pub fn meeting_outcome(&self) -> Outcome {
-        self.meetings.outcome
+    pub fn collision_report(&self) -> CollisionReport {
+        self.body_contacts.report
     }
 
     /// Force of other bodies on a moving body, mean over the last step, N.
     pub fn contact_force(&self, body: usize) -> Vec3 {
-        self.meetings.impulse(body) / self.clock.dt
+        self.body_contacts.impulse(body) / self.clock.dt
     }
 }

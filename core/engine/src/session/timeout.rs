@@ -17,7 +17,7 @@ pub enum Stage {
 
 /// A body that was frozen for taking too long.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lapse {
+pub struct StepTimeout {
     /// Number of steps before that one.
     pub step: u64,
     /// Index of the body among the moving bodies.
@@ -30,13 +30,13 @@ pub struct Lapse {
 
 /// Bodies that were frozen, and those of a recording to be repeated instead of consulting the clock.
 #[derive(Debug, Default)]
-struct Lapses {
-    happened: Vec<Lapse>,
-    given: Option<Vec<Lapse>>,
+struct StepTimeouts {
+    happened: Vec<StepTimeout>,
+    given: Option<Vec<StepTimeout>>,
 }
 
 /// What may end a step before its time.
-pub(super) struct Watch {
+pub(super) struct StepGuard {
     /// Largest wall-clock time of a body's step, s.
     pub(super) patience: f64,
     /// Cancels the step under way.
@@ -45,44 +45,44 @@ pub(super) struct Watch {
     pub(super) is_cancelled: bool,
     /// The body whose step was cancelled: the step goes on with it, after the bodies before it have moved and tools have followed their hands.
     pub(super) resumes_at: Option<usize>,
-    lapses: Lapses,
+    timeouts: StepTimeouts,
 }
 
-impl Watch {
-    /// A watch with this `patience` (s).
+impl StepGuard {
+    /// A guard with this `patience` (s).
     pub(super) fn new(patience: f64) -> Self {
         Self {
             patience,
             cancel: CancelToken::default(),
             is_cancelled: false,
             resumes_at: None,
-            lapses: Lapses::default(),
+            timeouts: StepTimeouts::default(),
         }
     }
 }
 
 impl Session {
     /// Bodies that were frozen for taking too long.
-    pub fn lapses(&self) -> &[Lapse] {
-        &self.watch.lapses.happened
+    pub fn timeouts(&self) -> &[StepTimeout] {
+        &self.guard.timeouts.happened
     }
 
     /// Freezes bodies according to a recorded list instead of the clock.
-    pub fn repeat_lapses(&mut self, lapses: Vec<Lapse>) {
-        self.watch.lapses.given = Some(lapses);
+    pub fn repeat_timeouts(&mut self, timeouts: Vec<StepTimeout>) {
+        self.guard.timeouts.given = Some(timeouts);
     }
 
-    /// Deadline of a body's step that begins at `start`. Where lapses are given the clock decides nothing: then it is `start` itself, or `None`.
+    /// Deadline of a body's step that begins at `start`. Where timeouts are given the clock decides nothing: then it is `start` itself, or `None`.
     pub(super) fn deadline(&self, index: usize, start: Instant) -> Option<Instant> {
-        match &self.watch.lapses.given {
-            None => start.checked_add(Duration::try_from_secs_f64(self.watch.patience).ok()?),
-            Some(given) => given.iter().any(|lapse| self.is_now(lapse, index, Stage::Interrupted)).then_some(start),
+        match &self.guard.timeouts.given {
+            None => start.checked_add(Duration::try_from_secs_f64(self.guard.patience).ok()?),
+            Some(given) => given.iter().any(|timeout| self.is_now(timeout, index, Stage::Interrupted)).then_some(start),
         }
     }
 
-    /// Whether a given lapse is due.
-    fn is_now(&self, lapse: &Lapse, index: usize, stage: Stage) -> bool {
-        (lapse.step, lapse.body as usize, lapse.stage) == (self.clock.steps, index, stage)
+    /// Whether a given timeout is due.
+    fn is_now(&self, timeout: &StepTimeout, index: usize, stage: Stage) -> bool {
+        (timeout.step, timeout.body as usize, timeout.stage) == (self.clock.steps, index, stage)
     }
 
     /// Freezes a body if the stage that began at `start` took too long.
@@ -92,22 +92,27 @@ impl Session {
             return;
         }
         let took = start.elapsed().as_secs_f64();
-        let why = match &self.watch.lapses.given {
-            None if took <= self.watch.patience => return,
+        let why = match &self.guard.timeouts.given {
+            None if took <= self.guard.patience => return,
             None => {
                 let material = body.system.material.name();
                 let discretization = body.discretization.lattice().map_or("its mesh", |lattice| lattice.source.name());
-                let allowed = self.watch.patience;
+                let allowed = self.guard.patience;
                 format!(
                     "`{material}` on `{discretization}` took {took:.3} s over a step; allowed is {allowed} s (`patience`)"
                 )
             }
             Some(given) => {
-                let Some(lapse) = given.iter().find(|lapse| self.is_now(lapse, index, stage)) else { return };
-                lapse.why.clone()
+                let Some(timeout) = given.iter().find(|timeout| self.is_now(timeout, index, stage)) else { return };
+                timeout.why.clone()
             }
         };
-        self.watch.lapses.happened.push(Lapse { step: self.clock.steps, body: index as u32, stage, why: why.clone() });
+        self.guard.timeouts.happened.push(StepTimeout {
+            step: self.clock.steps,
+            body: index as u32,
+            stage,
+            why: why.clone(),
+        });
         self.freeze(index, time, why);
     }
 }

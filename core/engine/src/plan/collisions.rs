@@ -1,7 +1,7 @@
 //! Which bodies of a scene meet each other, and which meet themselves.
 
 use super::Plan;
-use crate::contact::Meeting;
+use crate::contact::CollisionSettings;
 use crate::scene::{BodyScene, DEFAULT_FRICTION, Extent, IntegratorChoice, Scene, SceneError, Source};
 
 /// Whether a body is to meet others.
@@ -49,15 +49,15 @@ pub(super) fn check(body: &BodyScene, scene: &Scene, source: &Source) -> Result<
 
 impl Plan {
     /// Finds how bodies meet others. A body that others may push moves.
-    pub(super) fn find_meetings(&mut self, scene: &Scene) {
+    pub(super) fn find_collisions(&mut self, scene: &Scene) {
         let is_moved = scene.body.iter().zip(&self.moving).any(|(body, moves)| *moves && meets(body));
         for (body, moves) in scene.body.iter().zip(&mut self.moving) {
             let meets = is_moved && meets(body);
             *moves |= meets;
             let friction = body.friction.as_ref().map_or(DEFAULT_FRICTION, |friction| *friction.get_ref());
-            self.meetings.push(Meeting { meets, meets_itself: meets_itself(body), friction });
+            self.collisions.push(CollisionSettings { meets, meets_itself: meets_itself(body), friction });
         }
-        if !self.meetings.iter().any(|meeting| meeting.meets) {
+        if !self.collisions.iter().any(|settings| settings.meets) {
             let why = match scene.body.len() {
                 0 | 1 => "there are no two bodies",
                 _ if scene.body.iter().any(meets) => "none of the bodies with `meets = true` moves",
@@ -65,7 +65,7 @@ impl Plan {
             };
             self.leave_out("contact of bodies with each other", why);
         }
-        if !self.meetings.iter().any(|meeting| meeting.meets_itself) {
+        if !self.collisions.iter().any(|settings| settings.meets_itself) {
             self.leave_out("contact of sheets with themselves", "no body has `self-contact = true`");
         }
     }
