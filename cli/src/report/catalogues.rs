@@ -32,6 +32,8 @@ const SCENES: &[(&str, &str)] = &[
     ("pressed-cloth", include_str!("cases/pressed-cloth.toml")),
     ("struck-sheet", include_str!("cases/struck-sheet.toml")),
     ("touched-block", include_str!("cases/touched-block.toml")),
+    ("grab-twist", include_str!("cases/grab-twist.toml")),
+    ("grab-bend", include_str!("cases/grab-bend.toml")),
     ("hertz", include_str!("../../../scenes/hertz.toml")),
 ];
 

@@ -3,6 +3,7 @@
 use pliant_engine::session::Session;
 use pliant_solver::{StepTime, Vec3};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// The quantities that can be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -22,6 +23,9 @@ pub(crate) enum Quantity {
     Force,
     /// Indentation depth of the first tool at the end, m.
     Depth,
+    /// Torque on the first tool about `axis`, over the turn of sections about it for each metre along `over`, at the end, N m^2: the rigidity of a bar that
+    /// the tool twists (`over` is `axis`) or bends.
+    Rigidity,
     /// Mean time between upward passages of the mean displacement along `axis` through `centre` (m), after `after` (s); s.
     Period,
     /// Ratio of the amplitudes along `axis` about `centre` (m) of one period and the one before, after `after` (s).
@@ -99,6 +103,29 @@ impl MeasureReader {
         self.mean(|i| nodes.x[i])
     }
 
+    /// Turn about `axis` of sections across `denominator_axis`, for each metre along it, rad/m: the slope of the best line through the turns of all
+    /// sections of measured nodes.
+    fn turn_rate(&self, session: &Session) -> f64 {
+        let (axis, along) = (unit(self.measure.axis), unit(self.measure.denominator_axis));
+        let nodes = &session.bodies[0].system.nodes;
+        let mut sections: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
+        for &i in &self.nodes {
+            sections.entry((nodes.rest[i].dot(&along) / SECTION).round() as i64).or_default().push(i);
+        }
+        let turns = sections.iter().map(|(place, section)| {
+            let mean = |x: &[Vec3]| section.iter().map(|&i| x[i]).sum::<Vec3>() / section.len() as f64;
+            let (from, to) = (mean(&nodes.rest), mean(&nodes.x));
+            let (mut sine, mut cosine) = (0.0, 0.0);
+            for &i in section {
+                let (a, b) = (reject(nodes.rest[i] - from, &axis), reject(nodes.x[i] - to, &axis));
+                sine += axis.dot(&a.cross(&b));
+                cosine += a.dot(&b);
+            }
+            (*place as f64 * SECTION, sine.atan2(cosine))
+        });
+        slope(&turns.collect::<Vec<_>>())
+    }
+
     /// The mean of a vector over the measured nodes, given by node.
     fn mean(&self, vector: impl Fn(usize) -> Vec3) -> Vec3 {
         let sum: Vec3 = self.nodes.iter().map(|&i| vector(i)).sum();
@@ -125,10 +152,34 @@ impl MeasureReader {
             }
             Quantity::Force => session.frame().tools.first().map_or(f64::NAN, |t| t.force.norm()),
             Quantity::Depth => session.frame().tools.first().map_or(f64::NAN, |t| t.depth),
+            Quantity::Rigidity => {
+                let torque = session.frame().tools.first().map_or(f64::NAN, |t| t.torque.dot(&unit(axis)).abs());
+                torque / self.turn_rate(session).abs()
+            }
             Quantity::Period => period(&self.signal, centre, after),
             Quantity::Decay => decay(&self.signal, centre, after),
         }
     }
+}
+
+/// Nodes whose places along a bar differ by less belong to one section, m.
+const SECTION: f64 = 1e-6;
+
+/// The part of a vector across a unit vector.
+fn reject(vector: Vec3, axis: &Vec3) -> Vec3 {
+    vector - axis * vector.dot(axis)
+}
+
+/// Slope of the line that fits points best; NaN with fewer than two places.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let count = points.len() as f64;
+    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / count, y + p.1 / count));
+    let (mut above, mut below) = (0.0, 0.0);
+    for point in points {
+        above += (point.0 - x) * (point.1 - y);
+        below += (point.0 - x).powi(2);
+    }
+    above / below
 }
 
 /// The unit vector along `axis`.
@@ -166,6 +217,14 @@ fn decay(signal: &[(f64, f64)], centre: f64, after: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_slope_is_that_of_a_line_and_of_the_best_one() {
+        let line: Vec<_> = (0..7).map(|i| (0.1 * f64::from(i) - 3.0, 2.0 - 0.7 * f64::from(i))).collect();
+        assert!((slope(&line) + 7.0).abs() < 1e-12);
+        assert!((slope(&[(0.0, 0.0), (1.0, 2.0), (2.0, 1.0)]) - 0.5).abs() < 1e-12);
+        assert!(slope(&[(1.0, 3.0)]).is_nan() && slope(&[]).is_nan());
+    }
 
     #[test]
     fn period_and_decay_of_a_known_signal() {
