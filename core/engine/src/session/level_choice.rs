@@ -1,6 +1,6 @@
 //! Choice of the level of a grid by `level = "auto"`: cells that are fine for the smallest tool, within a number of cells.
 
-use super::open::region_radius;
+use super::opening::region_radius;
 use pliant_mesh::Surface;
 use serde::Serialize;
 use std::f64::consts::PI;

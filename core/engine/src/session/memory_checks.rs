@@ -1,7 +1,7 @@
 //! Checks of the memory of models, grids and regions before they are allocated.
 
 use super::SessionError;
-use super::open::{Opening, region_radius};
+use super::opening::{Opening, region_radius};
 use super::shared::SharedModel;
 use crate::body::Lattice;
 use crate::memory::{

@@ -1,6 +1,6 @@
 //! Obstacles of a session: their surfaces, where they are, and their contact with bodies.
 
-use super::open::Opening;
+use super::opening::Opening;
 use super::{Session, SessionError, Warning, WarningCode, place};
 use crate::body::Body;
 use crate::contact::{ObstacleContacts, PlacedObstacle};

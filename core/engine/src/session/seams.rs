@@ -4,7 +4,7 @@
 //! What is left to join follows from the nodes alone, not from what was joined before.
 
 use super::event::EventKind;
-use super::open::Opening;
+use super::opening::Opening;
 use super::seam_pairs::{Seam, gap, pairs};
 use super::{Session, SessionError};
 use crate::body::{Body, Discretization, Model};

@@ -1,10 +1,10 @@
 //! Warnings about a scene that are found when it is opened.
 
-use super::overlap::{Extended, Extents, OverlapDetection};
-use super::warning::{Warning, WarningCode};
-use super::{Session, SessionError};
 use crate::body::{Body, Model, Place};
 use crate::scene::{BodyScene, Scene, Source};
+use crate::session::overlap::{Extended, Extents, OverlapDetection};
+use crate::session::warning::{Warning, WarningCode};
+use crate::session::{Session, SessionError};
 use pliant_host::Region;
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::{self, Ball};

@@ -1,10 +1,11 @@
 //! Opening of the devices of a scene: by their plugins, or with the hands of a recording in their place.
 
-use super::open::{Opening, span_of};
-use super::shared::SharedModel;
-use super::{DeviceSlot, SessionError, place};
+use super::Opening;
+use super::plugins::span_of;
 use crate::recording::RecordedHands;
 use crate::scene::{DeviceScene, Scene};
+use crate::session::shared::SharedModel;
+use crate::session::{DeviceSlot, SessionError, place};
 use pliant_host::{Device, DeviceInfo, ParamKind, ParamSettings, ParamValue, PluginInfo, PluginKind, Pose};
 use std::sync::Arc;
 use toml::Spanned;
