@@ -12,6 +12,7 @@ mod near;
 mod neighbour_list;
 mod obstacles;
 mod patch;
+mod previous;
 mod proxy;
 mod sheet_law;
 mod sheet_tips;

@@ -10,6 +10,7 @@
 use super::fingertip::{Press, SWEEP, Tip, Vertex, contact_normal, goes_far, starts_sliding};
 use super::held::{MIN_REBOUND_SPEED, State, VertexContact, is_settled};
 use super::neighbour_list::NeighbourList;
+use super::previous::{PreviousContact, PreviousContacts};
 use super::tip_motion::{MOST_TRIED, TipMotion};
 use pliant_solver::{Constraint, ContactConstraints, MAX_ACTIVE_SET_PASSES, System, TrialStep, Vec3};
 
@@ -38,20 +39,7 @@ pub struct SheetTips {
     contacts: Vec<VertexContact>,
     /// Length of the step, s.
     dt: f64,
-    /// Contacts of the last step, nodes ascending.
-    previous: Vec<PreviousContact>,
-    /// The same before a step that may be taken again.
-    start: Vec<PreviousContact>,
-}
-
-/// A contact of the last step.
-#[derive(Clone, Copy)]
-struct PreviousContact {
-    node: u32,
-    /// Index of the tip, and of the second tip if it was pinched.
-    tips: (usize, Option<usize>),
-    /// Friction force, N, if it keeps sliding.
-    friction: Option<Vec3>,
+    previous: PreviousContacts,
 }
 
 /// Largest speed at which a penetrating vertex is pushed out, relative to the tip, m/s.
@@ -93,11 +81,6 @@ impl SheetTips {
             let is_met = |i: &u32| self.loose_nodes.binary_search(i).is_err();
             near.list.extend((0..x.len() as u32).filter(within).filter(is_met));
         }
-    }
-
-    /// The contact of a node in the last step.
-    fn previous(&self, node: u32) -> Option<PreviousContact> {
-        self.previous.binary_search_by_key(&node, |last| last.node).ok().map(|at| self.previous[at])
     }
 
     /// Distance from tip `t` within which a vertex that was in contact in the last step stays in contact, m. It follows a receding tip, as long
@@ -178,7 +161,7 @@ impl SheetTips {
     /// The contact of a vertex with tip `t` at the unit outward `normal`.
     fn new_contact(&self, t: usize, node: u32, vertex: Vertex, normal: Vec3) -> VertexContact {
         let Vertex { x, v } = vertex;
-        let (tip, before) = (&self.tips[t], self.previous(node));
+        let (tip, before) = (&self.tips[t], self.previous.of(node));
         let (towards, target) = self.towards(t, x, normal);
         let speed = towards - v.dot(&normal);
         let rebound = if before.is_none() && speed > MIN_REBOUND_SPEED { tip.restitution * speed } else { 0.0 };
@@ -287,7 +270,7 @@ impl ContactConstraints for SheetTips {
                     continue; // a fixing takes precedence
                 }
                 let vertex = Vertex { x: system.nodes.x[node as usize], v: system.nodes.v[node as usize] };
-                let before = self.previous(node);
+                let before = self.previous.of(node);
                 let gap = before.map(|last| self.gap(t, last));
                 let Some(normal) = contact_normal(&self.tips[t], vertex, dt, gap) else { continue };
                 let one = self.new_contact(t, node, vertex, normal);
@@ -372,13 +355,13 @@ impl ContactConstraints for SheetTips {
     }
 
     fn keep_start(&mut self) {
-        self.start.clone_from(&self.previous);
+        self.previous.keep_start();
         // They may name nodes that are others by now.
         self.contacts.clear();
     }
 
     fn take_back(&mut self, system: &mut System) {
-        self.previous.clone_from(&self.start);
+        self.previous.restore_start();
         for contact in self.contacts.drain(..) {
             system.nodes.release(contact.node);
         }
@@ -425,7 +408,7 @@ impl ContactConstraints for SheetTips {
                     contact.next_friction(tip.friction, reaction[i], slip, system.nodes.mass[i], self.dt)
                 };
                 let friction = slides.then(next_friction).flatten();
-                self.previous.push(PreviousContact { node: contact.node, tips: contact.tips, friction });
+                self.previous.add(PreviousContact { node: contact.node, tips: contact.tips, friction });
             }
             if contact.state != State::Free && contact.tips.1.is_none() {
                 // The velocity that moved it out of the tip was a correction of its position; it is removed again.
