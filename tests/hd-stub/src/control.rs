@@ -29,6 +29,12 @@ unsafe extern "C" fn pliant_stub_read_calls(counts: *mut u64) {
     unsafe { std::ptr::copy_nonoverlapping([state.opened, state.closed].as_ptr(), counts, 2) };
 }
 
+/// How often a force output that was on was switched off since the reset.
+#[unsafe(no_mangle)]
+extern "C" fn pliant_stub_outputs_off() -> u64 {
+    state::lock().outputs_off
+}
+
 /// Lets the next frame end with an error code.
 #[unsafe(no_mangle)]
 extern "C" fn pliant_stub_inject_error(code: u32) {

@@ -109,6 +109,8 @@ pub(crate) struct DriverState {
     pub opened: u64,
     /// How often devices were closed.
     pub closed: u64,
+    /// How often a force output that was on was switched off.
+    pub outputs_off: u64,
 }
 
 impl Default for DriverState {
@@ -127,6 +129,7 @@ impl Default for DriverState {
             locale: String::new(),
             opened: 0,
             closed: 0,
+            outputs_off: 0,
         }
     }
 }
@@ -203,8 +206,8 @@ impl DriverState {
         let Some(device) = self.device() else { return self.push_error(error::BAD_HANDLE) };
         if on {
             device.enabled.insert(capability);
-        } else {
-            device.enabled.remove(&capability);
+        } else if device.enabled.remove(&capability) && capability == capability::FORCE_OUTPUT {
+            self.outputs_off += 1;
         }
     }
 }
