@@ -9,24 +9,15 @@ Needs `readelf` of binutils.
 from __future__ import annotations
 
 import re
-import subprocess
 import sys
-import tempfile
-import zipfile
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent / "backend"))
+from manylinux import OF_THE_SYSTEM, needs  # noqa: E402
 
 # Bytes of a wheel at most.
 LARGEST = 10_000_000
-# Libraries of the system that every manylinux platform has (PEP 600).
-OF_THE_SYSTEM = re.compile(r"(libc|libm|libdl|librt|libpthread|libutil|libgcc_s)\.so\.\d+|ld-linux-[\w-]+\.so\.\d+")
-NEEDED = re.compile(r"\(NEEDED\).*\[(.+)\]")
-GLIBC = re.compile(r"\bGLIBC_(\d+)\.(\d+)")
 TAG = re.compile(r"manylinux_(\d+)_(\d+)_(\w+)|linux_(\w+)")
-
-
-def readelf(library: Path, *options: str) -> str:
-    """What `readelf` says of a library."""
-    return subprocess.run(["readelf", *options, library], check=True, capture_output=True, text=True).stdout
 
 
 def check(wheel: Path) -> list[str]:
@@ -34,17 +25,11 @@ def check(wheel: Path) -> list[str]:
     wrong = []
     if (size := wheel.stat().st_size) > LARGEST:
         wrong.append(f"it has {size} bytes; allowed is {LARGEST}")
-    newest, libraries = (0, 0), 0
-    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(wheel) as archive:
-        archive.extractall(folder)
-        for library in sorted(Path(folder).rglob("*.so")):
-            libraries += 1
-            name = library.relative_to(folder)
-            needed = NEEDED.findall(readelf(library, "--dynamic", "--wide"))
-            wrong += [f"{name} needs {other}; allowed are libraries of the C library and libgcc_s" for other in needed if not OF_THE_SYSTEM.fullmatch(other)]
-            versions = [(int(a), int(b)) for a, b in GLIBC.findall(readelf(library, "--version-info", "--wide"))]
-            newest = max([newest, *versions])
-    if libraries < 2:
+    newest, found = (0, 0), needs(wheel)
+    for name, (others, version) in found.items():
+        wrong += [f"{name} needs {other}; allowed are libraries of the C library and libgcc_s" for other in others if not OF_THE_SYSTEM.fullmatch(other)]
+        newest = max(newest, version)
+    if len(found) < 2:
         wrong.append("it has no libraries of plugins")
     tags = wheel.stem.split("-")[-1].split(".")
     for tag in tags:
@@ -53,7 +38,7 @@ def check(wheel: Path) -> list[str]:
             wrong.append(f"the platform `{tag}` is none of Linux; allowed is manylinux_X_Y_ARCH or linux_ARCH")
         elif known[1] is not None and (int(known[1]), int(known[2])) < newest:
             wrong.append(f"the tag `{tag}` promises glibc {known[1]}.{known[2]}; its libraries need {newest[0]}.{newest[1]}")
-    print(f"{wheel.name}: {size} bytes, {libraries} libraries, glibc {newest[0]}.{newest[1]} or later")
+    print(f"{wheel.name}: {size} bytes, {len(found)} libraries, glibc {newest[0]}.{newest[1]} or later")
     return wrong
 
 

@@ -11,6 +11,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+import manylinux
 import maturin
 
 HERE = Path(__file__).resolve().parent.parent
@@ -54,9 +55,10 @@ def _build_plugins() -> None:
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    """Build the wheel."""
+    """Build the wheel, for the oldest Linux that it runs on."""
     _build_plugins()
-    return maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
+    name = maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
+    return manylinux.retag(Path(wheel_directory) / name).name
 
 
 def build_editable(wheel_directory, config_settings=None, metadata_directory=None):

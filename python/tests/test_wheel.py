@@ -1,6 +1,9 @@
 """What is said of a wheel that carries what it must not."""
 
+import base64
+import hashlib
 import importlib.util
+import platform
 import shutil
 import subprocess
 import sys
@@ -44,6 +47,12 @@ def built(folder: Path, name: str, code: str, *options: str) -> Path:
     return library
 
 
+def needed_glibc(check, folder: Path, library: Path) -> tuple[int, int]:
+    """The version of glibc that a library needs."""
+    [(_, version)] = check.needs(made(folder, "linux_x86_64", [library])).values()
+    return version
+
+
 def test_the_libraries_of_the_installed_package_are_taken(check, tmp_path):
     package = Path(pliant.__file__).parent
     libraries = sorted(package.rglob("*.so"))
@@ -66,7 +75,41 @@ def test_what_a_wheel_must_not_carry_is_named(check, tmp_path):
     # A function that came with a C library of its own version: glibc 2.34 has its threads in libc.
     code = "#define _GNU_SOURCE\n#include <math.h>\n#include <pthread.h>\nint t(pthread_t p) { return pthread_join(p, 0); }"
     newer = built(tmp_path, "newer", code)
-    if "GLIBC_2.34" not in check.readelf(newer, "--version-info"):
+    if needed_glibc(check, tmp_path, newer) < (2, 34):
         pytest.skip("the C library here is older than 2.34")
     wrong = check.check(made(tmp_path, "manylinux_2_17_x86_64", [newer, plain]))
     assert len(wrong) == 1 and "promises glibc 2.17" in wrong[0] and "need 2.34" in wrong[0]
+
+
+def test_a_wheel_is_named_by_the_oldest_platform_that_it_runs_on(check, tmp_path):
+    pytest.importorskip("wheel")
+    import manylinux
+
+    tag = f"linux_{platform.machine()}"
+    plain = built(tmp_path, "plain", "#include <math.h>\ndouble one(double x) { return floor(x); }", "-lm")
+    major, minor = needed_glibc(check, tmp_path, plain)
+    renamed = manylinux.retag(with_metadata(made(tmp_path, tag, [plain]), tag))
+    assert renamed.name == f"pliant-0.1.0-cp311-abi3-manylinux_{major}_{minor}_{platform.machine()}.whl"
+    assert renamed.is_file() and not (tmp_path / f"pliant-0.1.0-cp311-abi3-{tag}.whl").exists()
+    with zipfile.ZipFile(renamed) as archive:
+        assert f"Tag: cp311-abi3-manylinux_{major}_{minor}_" in archive.read("pliant-0.1.0.dist-info/WHEEL").decode()
+        assert archive.testzip() is None
+    # One that needs more than the C library has the name of this system alone.
+    other = built(tmp_path, "other", "extern double one(double); double two(void) { return one(2); }", plain)
+    wheel = with_metadata(made(tmp_path, tag, [plain, other]), tag)
+    assert manylinux.retag(wheel) == wheel and wheel.is_file()
+
+
+def with_metadata(wheel: Path, tag: str) -> Path:
+    """A wheel with the files that say what it is."""
+    with zipfile.ZipFile(wheel, "a") as archive:
+        info = "pliant-0.1.0.dist-info"
+        archive.writestr(f"{info}/METADATA", "Metadata-Version: 2.1\nName: pliant\nVersion: 0.1.0\n")
+        archive.writestr(f"{info}/WHEEL", f"Wheel-Version: 1.0\nGenerator: test\nRoot-Is-Purelib: false\nTag: cp311-abi3-{tag}\n")
+        names = [name for name in archive.namelist() if not name.endswith("RECORD")]
+        rows = []
+        for name in names:
+            digest = base64.urlsafe_b64encode(hashlib.sha256(archive.read(name)).digest()).rstrip(b"=").decode()
+            rows.append(f"{name},sha256={digest},{archive.getinfo(name).file_size}")
+        archive.writestr(f"{info}/RECORD", "\n".join([*rows, f"{info}/RECORD,,", ""]))
+    return wheel
