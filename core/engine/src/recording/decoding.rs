@@ -1,6 +1,6 @@
 //! Decoding of poses, devices, timeouts and commands from little-endian bytes. `pliant_record` encodes them.
 
-use super::format::PEAK_TORQUE_VERSION;
+use super::format::{PEAK_TORQUE_VERSION, command_code};
 use crate::edit::Falloff;
 use crate::session::{SessionCommand, Stage, StepTimeout};
 use pliant_host::{DeviceInfo, Pose};
@@ -104,20 +104,20 @@ impl<'a> ByteReader<'a> {
     /// A command, its kind first and a name last; `None` for an unknown kind or invalid numbers.
     pub(super) fn command(&mut self) -> Option<SessionCommand> {
         match self.byte()? {
-            0 => Some(SessionCommand::Undo),
-            1 => Some(SessionCommand::Redo),
-            2 => {
+            command_code::UNDO => Some(SessionCommand::Undo),
+            command_code::REDO => Some(SessionCommand::Redo),
+            command_code::RESIZE_TOOLS => {
                 let [radius, coupling] = self.numbers()?;
                 let is_valid = [radius, coupling].iter().all(|n| n.is_finite() && *n > 0.0);
                 is_valid.then_some(SessionCommand::ResizeTools { radius, coupling })
             }
-            3 => {
+            command_code::SET_STIFFNESS => {
                 let [factor] = self.numbers()?;
                 (0.001..=1000.0).contains(&factor).then_some(SessionCommand::SetStiffness { factor })
             }
-            4 => Some(SessionCommand::AddLayer { name: self.text()? }),
-            5 => Some(SessionCommand::RenameLayer { layer: self.u32()?, name: self.text()? }),
-            6 => {
+            command_code::ADD_LAYER => Some(SessionCommand::AddLayer { name: self.text()? }),
+            command_code::RENAME_LAYER => Some(SessionCommand::RenameLayer { layer: self.u32()?, name: self.text()? }),
+            command_code::RECORD_LAYER => {
                 let layer = match self.byte()? {
                     0 => None,
                     1 => Some(self.u32()?),
@@ -125,24 +125,24 @@ impl<'a> ByteReader<'a> {
                 };
                 Some(SessionCommand::RecordLayer { layer })
             }
-            7 => {
+            command_code::SET_LAYER_STRENGTH => {
                 let layer = self.u32()?;
                 let [strength] = self.numbers()?;
                 (0.0..=1.0).contains(&strength).then_some(SessionCommand::SetLayerStrength { layer, strength })
             }
-            8 => Some(SessionCommand::MergeLayer { layer: self.u32()? }),
-            9 => Some(SessionCommand::DeleteLayer { layer: self.u32()? }),
-            10 => {
+            command_code::MERGE_LAYER => Some(SessionCommand::MergeLayer { layer: self.u32()? }),
+            command_code::DELETE_LAYER => Some(SessionCommand::DeleteLayer { layer: self.u32()? }),
+            command_code::SPLIT_BODY => {
                 let (body, has_triangle, triangle) = (self.u32()?, self.byte()?, self.u32()?);
                 (has_triangle <= 1)
                     .then_some(SessionCommand::SplitBody { body, triangle: (has_triangle == 1).then_some(triangle) })
             }
-            11 => {
+            command_code::SET_BRUSH => {
                 let falloff = *Falloff::ALL.get(usize::from(self.byte()?))?;
                 let [strength] = self.numbers()?;
                 (strength.is_finite() && strength > 0.0).then_some(SessionCommand::SetBrush { strength, falloff })
             }
-            12 => {
+            command_code::SET_SYMMETRY => {
                 let bits = self.byte()?;
                 let centre = Vec3::from(self.numbers()?);
                 let axes = std::array::from_fn(|i| bits >> i & 1 == 1);

@@ -39,6 +39,36 @@ pub const STEP: u8 = b'S';
 /// Kind of the last block, with the number of steps.
 pub const END: u8 = b'E';
 
+/// First byte of the content of a block with a command. A code is never used for another command.
+pub mod command_code {
+    /// Code of [`SessionCommand::Undo`](crate::session::SessionCommand::Undo).
+    pub const UNDO: u8 = 0;
+    /// Code of [`SessionCommand::Redo`](crate::session::SessionCommand::Redo).
+    pub const REDO: u8 = 1;
+    /// Code of [`SessionCommand::ResizeTools`](crate::session::SessionCommand::ResizeTools).
+    pub const RESIZE_TOOLS: u8 = 2;
+    /// Code of [`SessionCommand::SetStiffness`](crate::session::SessionCommand::SetStiffness).
+    pub const SET_STIFFNESS: u8 = 3;
+    /// Code of [`SessionCommand::AddLayer`](crate::session::SessionCommand::AddLayer).
+    pub const ADD_LAYER: u8 = 4;
+    /// Code of [`SessionCommand::RenameLayer`](crate::session::SessionCommand::RenameLayer).
+    pub const RENAME_LAYER: u8 = 5;
+    /// Code of [`SessionCommand::RecordLayer`](crate::session::SessionCommand::RecordLayer).
+    pub const RECORD_LAYER: u8 = 6;
+    /// Code of [`SessionCommand::SetLayerStrength`](crate::session::SessionCommand::SetLayerStrength).
+    pub const SET_LAYER_STRENGTH: u8 = 7;
+    /// Code of [`SessionCommand::MergeLayer`](crate::session::SessionCommand::MergeLayer).
+    pub const MERGE_LAYER: u8 = 8;
+    /// Code of [`SessionCommand::DeleteLayer`](crate::session::SessionCommand::DeleteLayer).
+    pub const DELETE_LAYER: u8 = 9;
+    /// Code of [`SessionCommand::SplitBody`](crate::session::SessionCommand::SplitBody).
+    pub const SPLIT_BODY: u8 = 10;
+    /// Code of [`SessionCommand::SetBrush`](crate::session::SessionCommand::SetBrush).
+    pub const SET_BRUSH: u8 = 11;
+    /// Code of [`SessionCommand::SetSymmetry`](crate::session::SessionCommand::SetSymmetry).
+    pub const SET_SYMMETRY: u8 = 12;
+}
+
 /// Origin and requirements of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordingHeader {

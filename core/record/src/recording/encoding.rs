@@ -1,5 +1,6 @@
 //! Encoding of poses, devices, timeouts and commands as little-endian bytes. `pliant_engine::recording` decodes them.
 
+use pliant_engine::recording::format::command_code;
 use pliant_engine::session::{SessionCommand, Stage, StepTimeout};
 use pliant_host::{DeviceInfo, Pose};
 
@@ -48,56 +49,56 @@ pub(super) fn put_timeout(out: &mut Vec<u8>, timeout: &StepTimeout) {
 /// Appends a command: its kind, then its numbers, then a name up to the end of the block.
 pub(super) fn put_command(out: &mut Vec<u8>, command: &SessionCommand) {
     match command {
-        SessionCommand::Undo => out.push(0),
-        SessionCommand::Redo => out.push(1),
+        SessionCommand::Undo => out.push(command_code::UNDO),
+        SessionCommand::Redo => out.push(command_code::REDO),
         SessionCommand::ResizeTools { radius, coupling } => {
-            out.push(2);
+            out.push(command_code::RESIZE_TOOLS);
             put_numbers(out, &[*radius, *coupling]);
         }
         SessionCommand::SetStiffness { factor } => {
-            out.push(3);
+            out.push(command_code::SET_STIFFNESS);
             put_numbers(out, &[*factor]);
         }
         SessionCommand::AddLayer { name } => {
-            out.push(4);
+            out.push(command_code::ADD_LAYER);
             out.extend_from_slice(name.as_bytes());
         }
         SessionCommand::RenameLayer { layer, name } => {
-            out.push(5);
+            out.push(command_code::RENAME_LAYER);
             out.extend_from_slice(&layer.to_le_bytes());
             out.extend_from_slice(name.as_bytes());
         }
-        SessionCommand::RecordLayer { layer: None } => out.extend_from_slice(&[6, 0]),
+        SessionCommand::RecordLayer { layer: None } => out.extend_from_slice(&[command_code::RECORD_LAYER, 0]),
         SessionCommand::RecordLayer { layer: Some(layer) } => {
-            out.extend_from_slice(&[6, 1]);
+            out.extend_from_slice(&[command_code::RECORD_LAYER, 1]);
             out.extend_from_slice(&layer.to_le_bytes());
         }
         SessionCommand::SetLayerStrength { layer, strength } => {
-            out.push(7);
+            out.push(command_code::SET_LAYER_STRENGTH);
             out.extend_from_slice(&layer.to_le_bytes());
             put_numbers(out, &[*strength]);
         }
         SessionCommand::MergeLayer { layer } => {
-            out.push(8);
+            out.push(command_code::MERGE_LAYER);
             out.extend_from_slice(&layer.to_le_bytes());
         }
         SessionCommand::DeleteLayer { layer } => {
-            out.push(9);
+            out.push(command_code::DELETE_LAYER);
             out.extend_from_slice(&layer.to_le_bytes());
         }
         SessionCommand::SplitBody { body, triangle } => {
-            out.push(10);
+            out.push(command_code::SPLIT_BODY);
             out.extend_from_slice(&body.to_le_bytes());
             out.push(u8::from(triangle.is_some()));
             out.extend_from_slice(&triangle.unwrap_or(0).to_le_bytes());
         }
         SessionCommand::SetBrush { strength, falloff } => {
-            out.extend_from_slice(&[11, *falloff as u8]);
+            out.extend_from_slice(&[command_code::SET_BRUSH, *falloff as u8]);
             put_numbers(out, &[*strength]);
         }
         SessionCommand::SetSymmetry { axes, centre } => {
             let bits = (0..3).filter(|i| axes[*i]).fold(0, |bits, i| bits | 1_u8 << i);
-            out.extend_from_slice(&[12, bits]);
+            out.extend_from_slice(&[command_code::SET_SYMMETRY, bits]);
             put_numbers(out, centre.as_slice());
         }
     }
