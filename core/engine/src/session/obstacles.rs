@@ -1,18 +1,11 @@
 //! Obstacles of a session: their surfaces, where they are, and their contact with bodies.
 
-use super::opening::Opening;
-use super::{Session, SessionError, Warning, WarningCode, place};
+use super::{Session, Warning, WarningCode};
 use crate::body::Body;
 use crate::contact::{ObstacleContacts, PlacedObstacle};
-use crate::memory::{file_bytes, format_bytes};
-use crate::obstacle::{MeshSurface, Obstacle, ObstacleSurface};
-use crate::scene::{ObstacleScene, Scene};
-use crate::shape::{self, ShapeParams};
-use nalgebra::UnitQuaternion;
-use pliant_mesh::{ObjDocument, Placement, Surface};
+use crate::obstacle::{Obstacle, ObstacleSurface};
 use pliant_solver::{StepTime, Vec3};
 use serde::Serialize;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -72,97 +65,6 @@ impl Obstacles {
         let bodies = if self.list.is_empty() { 0 } else { bodies };
         self.contacts.resize_with(bodies, ObstacleContacts::new);
         self.unseen.resize(bodies, 0.0);
-    }
-}
-
-impl Opening<'_> {
-    /// Opens the obstacles of a scene. Returns them and the files that were read.
-    pub(super) fn obstacles(&mut self, scene: &Scene) -> Result<(Vec<Obstacle>, Vec<PathBuf>), SessionError> {
-        let mut files = Vec::new();
-        let list =
-            scene.obstacle.iter().map(|obstacle| self.obstacle(obstacle, &mut files)).collect::<Result<_, _>>()?;
-        Ok((list, files))
-    }
-
-    fn obstacle(&mut self, scene: &ObstacleScene, files: &mut Vec<PathBuf>) -> Result<Obstacle, SessionError> {
-        let name = scene.name.get_ref().clone();
-        let rotation = scene.rotation.as_ref().map(|r| place::rotation(r, self.source)).transpose()?;
-        let origin = scene.position.map_or(Vec3::zeros(), |p| p.map(|c| c.si).into());
-        let thickness = scene.thickness.as_ref().map_or(0.0, |t| t.get_ref().si);
-        let surface = match (&scene.shape, &scene.mesh) {
-            (Some(given), _) => {
-                let of = given.get_ref();
-                let params = ShapeParams {
-                    radius: of.radius.map(|r| r.si),
-                    length: of.length.map(|l| l.si),
-                    size: of.size.map(|size| size.map(|s| s.si)),
-                };
-                let wrong = |text| self.source.error(given.span(), format!("obstacle `{name}`: {text}"));
-                ObstacleSurface::Shape(shape::build(of.kind.get_ref(), &params).map_err(wrong)?, thickness)
-            }
-            (None, Some(mesh)) => {
-                let key = mesh.get_ref();
-                let document = match self.source.documents.get(key) {
-                    Some(document) => document.clone(),
-                    None => {
-                        let path = self.source.folder().join(key);
-                        if !path.is_file() {
-                            let text = format!("no file {}; paths are relative to the scene", path.display());
-                            return Err(self.source.error(mesh.span(), text).into());
-                        }
-                        let size = std::fs::metadata(&path).map_or(0, |facts| facts.len());
-                        let what = format!("the mesh {} of {}", path.display(), format_bytes(size));
-                        let checked =
-                            self.memory.check(&format!("obstacle `{name}`"), file_bytes(size), &what, |_| None);
-                        checked.map_err(|text| SessionError::Memory(self.source.error(mesh.span(), text)))?;
-                        let document = ObjDocument::read(&path)?;
-                        files.push(path);
-                        document
-                    }
-                };
-                let surface = Surface::from_document(&document);
-                let wrong = |text: String| self.source.error(mesh.span(), format!("obstacle `{name}`: {text}"));
-                let placement = match &scene.size {
-                    Some(size) => {
-                        Placement::fit(&surface.bounds(), size.get_ref().si).map_err(|e| wrong(e.to_string()))?
-                    }
-                    None => Placement {
-                        scale: scene.scale.as_ref().map_or(1.0, |s| *s.get_ref()),
-                        rotation: UnitQuaternion::identity(),
-                        translation: Vec3::zeros(),
-                    },
-                };
-                let made =
-                    MeshSurface::new(&surface.placed(&placement), thickness).map_err(|e| wrong(e.to_string()))?;
-                ObstacleSurface::Mesh(Box::new(made))
-            }
-            (None, None) => {
-                let text = format!("obstacle `{name}` has no surface; allowed is one of `mesh` and `shape`");
-                return Err(self.source.error(scene.name.span(), text).into());
-            }
-        };
-        let [static_coefficient, kinetic_coefficient] = *scene.friction.get_ref();
-        let path: Vec<(f64, Vec3)> = scene.path.get_ref().iter().map(|&[t, x, y, z]| (t, Vec3::new(x, y, z))).collect();
-        let degrees = |&[t, x, y, z]: &[f64; 4]| (t, Vec3::new(x, y, z) * (std::f64::consts::PI / 180.0));
-        let turns = scene.rotation_path.get_ref().iter().map(degrees).collect();
-        let kind = scene.shape.as_ref().map_or("mesh", |shape| shape.get_ref().kind.get_ref()).to_owned();
-        let mut obstacle = Obstacle {
-            name,
-            kind,
-            surface: Arc::new(surface),
-            rotation: UnitQuaternion::identity(),
-            initial_rotation: rotation.unwrap_or_else(UnitQuaternion::identity),
-            origin,
-            path,
-            turns,
-            restitution: scene.restitution.as_ref().map_or(0.0, |e| *e.get_ref()),
-            friction: crate::contact::Friction { static_coefficient, kinetic_coefficient },
-            position: origin,
-            force: Vec3::zeros(),
-            friction_work: 0.0,
-        };
-        (obstacle.position, obstacle.rotation) = (obstacle.position_at(0.0), obstacle.rotation_at(0.0));
-        Ok(obstacle)
     }
 }
 

@@ -9,7 +9,9 @@ use crate::body::{Body, LatticeError};
 use crate::contact::{BodyContacts, ObstacleContacts, SoftTip};
 use crate::edit::Step;
 use crate::tool::{Cause, Tool, TorqueSafety};
-use pliant_solver::{ContactConstraints, Frequencies, Interrupts, Loads, NoContacts, StepError, StepTime, Vec3};
+use pliant_solver::{
+    ContactConstraints, Frequencies, Interrupts, Loads, NoContacts, StepError, StepReport, StepTime, Vec3,
+};
 use std::time::{Duration, Instant};
 
 /// Number of driven axes of a device that renders torque.
@@ -261,24 +263,7 @@ impl Session {
         frequencies: &Frequencies,
         frame: &mut Frame,
     ) -> Result<f64, NotMoved> {
-        let needed = if self.limits.is_forced { 1 } else { self.limits.needed_substeps(frequencies, self.clock.dt) };
-        let substeps = needed.min(self.limits.max_substeps).max(self.choices.substeps);
-        if needed > substeps {
-            self.events.add(EventKind::Unstable, time.start, || {
-                format!(
-                    "body `{}`: the stiffness of a contact asks for {needed} substeps; allowed is {substeps} (`most-substeps`)",
-                    self.bodies[index].name
-                )
-            });
-        }
-        if substeps > self.choices.substeps {
-            self.events.add(EventKind::Substeps, time.start, || {
-                format!(
-                    "body `{}`: {substeps} substeps instead of {}, for the stiffness of a contact",
-                    self.bodies[index].name, self.choices.substeps
-                )
-            });
-        }
+        let substeps = self.contact_substeps(index, time, frequencies);
         self.place_tips(index);
         let body = &mut self.bodies[index];
         body.discretization.prescribe(&mut body.system.nodes, &body.fixings, time);
@@ -324,6 +309,41 @@ impl Session {
             StepError::Cancelled => NotMoved::Cancelled,
             StepError::TimedOut => NotMoved::TimedOut,
         })?;
+        self.note_step(index, time, &report);
+        frame.substeps = frame.substeps.max(report.substeps);
+        frame.iterations += report.iterations;
+        frame.residual = frame.residual.max(report.residual);
+        frame.work[0] += report.assembly_seconds;
+        frame.work[1] += report.solve_seconds;
+        self.return_tips(index);
+        Ok(report.max_speed)
+    }
+
+    /// Number of substeps of a body's step under contacts of these frequencies; adds an event where there are more than chosen, or fewer than needed.
+    fn contact_substeps(&mut self, index: usize, time: StepTime, frequencies: &Frequencies) -> usize {
+        let needed = if self.limits.is_forced { 1 } else { self.limits.needed_substeps(frequencies, self.clock.dt) };
+        let substeps = needed.min(self.limits.max_substeps).max(self.choices.substeps);
+        if needed > substeps {
+            self.events.add(EventKind::Unstable, time.start, || {
+                format!(
+                    "body `{}`: the stiffness of a contact asks for {needed} substeps; allowed is {substeps} (`most-substeps`)",
+                    self.bodies[index].name
+                )
+            });
+        }
+        if substeps > self.choices.substeps {
+            self.events.add(EventKind::Substeps, time.start, || {
+                format!(
+                    "body `{}`: {substeps} substeps instead of {}, for the stiffness of a contact",
+                    self.bodies[index].name, self.choices.substeps
+                )
+            });
+        }
+        substeps
+    }
+
+    /// Adds events for a step of a body whose solve did not converge, or that was taken again.
+    fn note_step(&mut self, index: usize, time: StepTime, report: &StepReport) {
         if !report.converged {
             let text = || format!("relative residual {:.2e} after {} iterations", report.residual, report.iterations);
             self.events.add(EventKind::NotConverged, time.start, text);
@@ -339,13 +359,6 @@ impl Session {
                 self.bodies[index].name, self.clock.dt
             )
         });
-        frame.substeps = frame.substeps.max(report.substeps);
-        frame.iterations += report.iterations;
-        frame.residual = frame.residual.max(report.residual);
-        frame.work[0] += report.assembly_seconds;
-        frame.work[1] += report.solve_seconds;
-        self.return_tips(index);
-        Ok(report.max_speed)
     }
 
     /// Renders to each device the force and torque of its tools, after force safety.

@@ -23,22 +23,7 @@ const SLIVER: f64 = 1e-3;
 /// # Errors
 /// The byte and the problem of what is not allowed.
 pub(super) fn assemble(mut raw: RawMesh) -> Result<TetMesh, Located> {
-    if raw.tetrahedra.is_empty() && raw.quadratic.is_empty() {
-        let count = |count: usize, what: &str| (count > 0).then(|| format!("{count} {what}"));
-        let left_out = raw.left_out.iter().map(|(kind, count)| format!("{count} of kind {kind}"));
-        let known =
-            [count(raw.nodes.len(), "nodes"), count(raw.triangles.len(), "triangles"), count(raw.lines.len(), "lines")];
-        let others: Vec<String> = known.into_iter().flatten().chain(left_out).collect();
-        let others = if others.is_empty() { "nothing else either".into() } else { others.join(", ") };
-        return Err((raw.end, TetMeshProblem::NoTetrahedra { others }));
-    }
-    let tetrahedra = raw.tetrahedra.len().max(raw.quadratic.len() * PARTS);
-    for (entity, found) in [("nodes", raw.nodes.len()), ("tetrahedra", tetrahedra)] {
-        let most = u32::MAX as usize / 4; // four faces each have a number
-        if found > most {
-            return Err((raw.end, TetMeshProblem::TooMany { entity, found, most }));
-        }
-    }
+    check_counts(&raw)?;
     let mut index = NodeIndex::new(&raw)?;
     check_nodes(&raw.points, "point", &index)?;
     check_nodes(&raw.lines, "line", &index)?;
@@ -81,17 +66,7 @@ pub(super) fn assemble(mut raw: RawMesh) -> Result<TetMesh, Located> {
         true => raw.tetrahedra.iter().map(|cell| cell.number).collect(),
         false => divided.cells.iter().map(|cell| cell.number).collect(),
     };
-    let boundary = boundary::faces(&tetrahedra, |[first, second], third| {
-        let [first, second] = [first, second].map(|cell| &raw.tetrahedra[cell as usize]);
-        let (at, a, b) = (second.at, first.number, second.number);
-        match third {
-            None => (at, TetMeshProblem::Overlap { first: a, second: b }),
-            Some(third) => {
-                let third = raw.tetrahedra[third as usize].number;
-                (at, TetMeshProblem::CommonFace { first: a, second: b, third })
-            }
-        }
-    })?;
+    let boundary = boundary::faces(&tetrahedra, |cells, third| overlap(&raw, cells, third))?;
     boundary::note(&tetrahedra, &boundary, &node_number, &mut notes);
     let mut vertices: Vec<u32> = boundary.iter().flatten().copied().collect();
     vertices.sort_unstable();
@@ -116,6 +91,40 @@ pub(super) fn assemble(mut raw: RawMesh) -> Result<TetMesh, Located> {
         boundary,
         vertices,
     })
+}
+
+/// Checks that there are tetrahedra, and no more of anything than can be numbered.
+fn check_counts(raw: &RawMesh) -> Result<(), Located> {
+    if raw.tetrahedra.is_empty() && raw.quadratic.is_empty() {
+        let count = |count: usize, what: &str| (count > 0).then(|| format!("{count} {what}"));
+        let left_out = raw.left_out.iter().map(|(kind, count)| format!("{count} of kind {kind}"));
+        let known =
+            [count(raw.nodes.len(), "nodes"), count(raw.triangles.len(), "triangles"), count(raw.lines.len(), "lines")];
+        let others: Vec<String> = known.into_iter().flatten().chain(left_out).collect();
+        let others = if others.is_empty() { "nothing else either".into() } else { others.join(", ") };
+        return Err((raw.end, TetMeshProblem::NoTetrahedra { others }));
+    }
+    let tetrahedra = raw.tetrahedra.len().max(raw.quadratic.len() * PARTS);
+    for (entity, found) in [("nodes", raw.nodes.len()), ("tetrahedra", tetrahedra)] {
+        let most = u32::MAX as usize / 4; // four faces each have a number
+        if found > most {
+            return Err((raw.end, TetMeshProblem::TooMany { entity, found, most }));
+        }
+    }
+    Ok(())
+}
+
+/// The problem of a face that two tetrahedra have on one side, or that a third one has.
+fn overlap(raw: &RawMesh, cells: [u32; 2], third: Option<u32>) -> Located {
+    let [first, second] = cells.map(|cell| &raw.tetrahedra[cell as usize]);
+    let (at, a, b) = (second.at, first.number, second.number);
+    match third {
+        None => (at, TetMeshProblem::Overlap { first: a, second: b }),
+        Some(third) => {
+            let third = raw.tetrahedra[third as usize].number;
+            (at, TetMeshProblem::CommonFace { first: a, second: b, third })
+        }
+    }
 }
 
 /// Checks that all nodes of cells are there.

@@ -4,6 +4,7 @@ mod body;
 mod devices;
 mod lattice;
 mod models;
+mod obstacles;
 mod plugins;
 mod tool;
 mod warnings;

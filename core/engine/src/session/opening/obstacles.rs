@@ -1,0 +1,120 @@
+//! Opening of the obstacles of a scene: their surfaces, motion and friction.
+
+use super::Opening;
+use crate::contact::Friction;
+use crate::memory::{file_bytes, format_bytes};
+use crate::obstacle::{MeshSurface, Obstacle, ObstacleSurface};
+use crate::scene::{ObstacleScene, Scene};
+use crate::session::{SessionError, place};
+use crate::shape::{self, ShapeParams};
+use nalgebra::UnitQuaternion;
+use pliant_mesh::geometry::Vec3;
+use pliant_mesh::{ObjDocument, Placement, Surface};
+use std::path::PathBuf;
+use std::sync::Arc;
+use toml::Spanned;
+
+impl Opening<'_> {
+    /// Opens the obstacles of a scene. Returns them and the files that were read.
+    pub(super) fn obstacles(&mut self, scene: &Scene) -> Result<(Vec<Obstacle>, Vec<PathBuf>), SessionError> {
+        let mut files = Vec::new();
+        let list =
+            scene.obstacle.iter().map(|obstacle| self.obstacle(obstacle, &mut files)).collect::<Result<_, _>>()?;
+        Ok((list, files))
+    }
+
+    fn obstacle(&mut self, scene: &ObstacleScene, files: &mut Vec<PathBuf>) -> Result<Obstacle, SessionError> {
+        let name = scene.name.get_ref().clone();
+        let rotation = scene.rotation.as_ref().map(|r| place::rotation(r, self.source)).transpose()?;
+        let origin = scene.position.map_or(Vec3::zeros(), |p| p.map(|c| c.si).into());
+        let surface = self.obstacle_surface(scene, files)?;
+        let [static_coefficient, kinetic_coefficient] = *scene.friction.get_ref();
+        let path: Vec<(f64, Vec3)> = scene.path.get_ref().iter().map(|&[t, x, y, z]| (t, Vec3::new(x, y, z))).collect();
+        let degrees = |&[t, x, y, z]: &[f64; 4]| (t, Vec3::new(x, y, z) * (std::f64::consts::PI / 180.0));
+        let turns = scene.rotation_path.get_ref().iter().map(degrees).collect();
+        let kind = scene.shape.as_ref().map_or("mesh", |shape| shape.get_ref().kind.get_ref()).to_owned();
+        let mut obstacle = Obstacle {
+            name,
+            kind,
+            surface: Arc::new(surface),
+            rotation: UnitQuaternion::identity(),
+            initial_rotation: rotation.unwrap_or_else(UnitQuaternion::identity),
+            origin,
+            path,
+            turns,
+            restitution: scene.restitution.as_ref().map_or(0.0, |e| *e.get_ref()),
+            friction: Friction { static_coefficient, kinetic_coefficient },
+            position: origin,
+            force: Vec3::zeros(),
+            friction_work: 0.0,
+        };
+        (obstacle.position, obstacle.rotation) = (obstacle.position_at(0.0), obstacle.rotation_at(0.0));
+        Ok(obstacle)
+    }
+
+    /// The surface of an obstacle: its shape or its mesh.
+    fn obstacle_surface(
+        &self,
+        scene: &ObstacleScene,
+        files: &mut Vec<PathBuf>,
+    ) -> Result<ObstacleSurface, SessionError> {
+        let name = scene.name.get_ref();
+        let thickness = scene.thickness.as_ref().map_or(0.0, |t| t.get_ref().si);
+        match (&scene.shape, &scene.mesh) {
+            (Some(given), _) => {
+                let of = given.get_ref();
+                let params = ShapeParams {
+                    radius: of.radius.map(|r| r.si),
+                    length: of.length.map(|l| l.si),
+                    size: of.size.map(|size| size.map(|s| s.si)),
+                };
+                let wrong = |text| self.source.error(given.span(), format!("obstacle `{name}`: {text}"));
+                Ok(ObstacleSurface::Shape(shape::build(of.kind.get_ref(), &params).map_err(wrong)?, thickness))
+            }
+            (None, Some(mesh)) => {
+                let surface = Surface::from_document(&self.obstacle_document(name, mesh, files)?);
+                let wrong = |text: String| self.source.error(mesh.span(), format!("obstacle `{name}`: {text}"));
+                let placement = match &scene.size {
+                    Some(size) => {
+                        Placement::fit(&surface.bounds(), size.get_ref().si).map_err(|e| wrong(e.to_string()))?
+                    }
+                    None => Placement {
+                        scale: scene.scale.as_ref().map_or(1.0, |s| *s.get_ref()),
+                        rotation: UnitQuaternion::identity(),
+                        translation: Vec3::zeros(),
+                    },
+                };
+                let made = MeshSurface::new(&surface.placed(&placement), thickness);
+                Ok(ObstacleSurface::Mesh(Box::new(made.map_err(|e| wrong(e.to_string()))?)))
+            }
+            (None, None) => {
+                let text = format!("obstacle `{name}` has no surface; allowed is one of `mesh` and `shape`");
+                Err(self.source.error(scene.name.span(), text).into())
+            }
+        }
+    }
+
+    /// The mesh of an obstacle, of the source or read from its file, within the memory that is left.
+    fn obstacle_document(
+        &self,
+        name: &str,
+        mesh: &Spanned<String>,
+        files: &mut Vec<PathBuf>,
+    ) -> Result<ObjDocument, SessionError> {
+        if let Some(document) = self.source.documents.get(mesh.get_ref()) {
+            return Ok(document.clone());
+        }
+        let path = self.source.folder().join(mesh.get_ref());
+        if !path.is_file() {
+            let text = format!("no file {}; paths are relative to the scene", path.display());
+            return Err(self.source.error(mesh.span(), text).into());
+        }
+        let size = std::fs::metadata(&path).map_or(0, |facts| facts.len());
+        let what = format!("the mesh {} of {}", path.display(), format_bytes(size));
+        let checked = self.memory.check(&format!("obstacle `{name}`"), file_bytes(size), &what, |_| None);
+        checked.map_err(|text| SessionError::Memory(self.source.error(mesh.span(), text)))?;
+        let document = ObjDocument::read(&path)?;
+        files.push(path);
+        Ok(document)
+    }
+}
