@@ -30,14 +30,15 @@ fn material(young: f64, poisson: f64) -> String {
     )
 }
 
-fn rest(session: &mut Session) {
-    while session.time() < 0.8 {
+/// Steps until `end` (s).
+fn rest(session: &mut Session, end: f64) {
+    while session.time() < end {
         session.step();
     }
     assert_eq!(session.events.count(EventKind::Quarantine), 0, "{:?}", session.events.described());
 }
 
-/// Errors fall with the square of the cell: each is at most this part of the one before.
+/// Errors fall with the square of the cell: each is less than this part of the one before, which is 0.25 where they are small.
 fn falls(errors: &[f64], part: f64, what: &str) {
     for pair in errors.windows(2) {
         assert!(
@@ -61,7 +62,8 @@ fn bending(level: u32, [length, height, width]: [f64; 3], poisson: f64, angle: f
         hand(name, &path, &rotation, 0.8 * height, 2000.0)
     };
     let mut session = open(&scene(&body, &[grab("left", -1.0), grab("right", 1.0)]), 1);
-    rest(&mut session);
+    // The slowest motion of the bar dies within a second after the hands have turned.
+    rest(&mut session, 2.0);
     let torque = [0, 1].map(|tool| session.frame().tools[tool].torque.y);
     assert!((torque[0] + torque[1]).abs() < 0.01 * torque[0].abs(), "opposite torques: {torque:?}");
     // Turn of sections a height and more from what the hands grab (Saint-Venant), by the best rotation of their nodes about y.
@@ -88,12 +90,13 @@ fn bending(level: u32, [length, height, width]: [f64; 3], poisson: f64, angle: f
 
 #[test]
 fn two_hands_bend_a_bar_as_euler_and_bernoulli_say() {
-    for (poisson, angle) in [(0.0, 4.0), (0.3, 3.0)] {
+    for poisson in [0.0, 0.3] {
         let size = [0.16, 0.02, 0.02];
-        let errors: Vec<f64> = [5, 6].map(|level| bending(level, size, poisson, angle) - 1.0).into();
+        // By more than half a degree, and what keeps the distance of the hands would stretch the bar, of second order in the angle.
+        let errors: Vec<f64> = [5, 6].map(|level| bending(level, size, poisson, 0.5) - 1.0).into();
         println!("bending, nu {poisson}: torque over E I kappa - 1: {errors:?} at 2 and 4 cells across");
         assert!(errors.iter().all(|e| *e > -0.02), "linear tetrahedra are too stiff, never too soft: {errors:?}");
-        falls(&errors, 0.4, "bending");
+        falls(&errors, 0.3, "bending");
     }
 }
 
@@ -119,7 +122,7 @@ fn grabbed_volume(level: u32, poisson: f64, random: &mut Random) -> (f64, f64, f
     let path = format!("[[0, {x}, {y}, 0.041], [0.1, {x}, {y}, 0.041], [0.3, {}, {}, {}]]", to.x, to.y, to.z);
     let mut session = open(&scene(&body, &[hand("hand", &path, "[[0, 0, 0, 0]]", 0.03, 500.0)]), 1);
     let before = volume(&mut session);
-    rest(&mut session);
+    rest(&mut session, 0.8);
     let change = volume(&mut session) - before;
     // What fixings give is what the body does to nodes that are not free.
     let body = &mut session.bodies[0];
@@ -217,7 +220,7 @@ fn point_compliance(level: u32, radius: f64, (young, poisson, half): (f64, f64, 
     );
     let hands = [hand("hand", "[[0, 0, 0, 0], [0.1, 0, 0, 0], [0.2, 0.001, 0, 0]]", "[[0, 0, 0, 0]]", radius, 500.0)];
     let mut session = open_file(&bench.write("scene.toml", scene(&body, &hands)), 1, None);
-    rest(&mut session);
+    rest(&mut session, 0.8);
     let felt = session.frame().tools[0];
     felt.depth / felt.force.norm()
 }
@@ -249,7 +252,7 @@ fn twisting(level: u32) -> f64 {
     let path = "[[0, 0, 0, 0.061], [0.1, 0, 0, 0.061]]";
     let mut session =
         open(&scene(&body, &[hand("hand", path, "[[0, 0, 0, 0], [0.1, 0, 0, 0], [0.4, 0, 0, 4]]", 0.025, 5000.0)]), 1);
-    rest(&mut session);
+    rest(&mut session, 0.8);
     let nodes = &session.bodies[0].system.nodes;
     let turned = |height: f64| {
         let (mut moment, mut inertia) = (0.0, 0.0);
