@@ -224,8 +224,14 @@ impl CutMesh {
     }
 
     /// A triangle with a side on a line of the facet, at which a body's interior begins or ends, that is still connected to its neighbour on the
-    /// other side of the plane. At the front the next facet may have to open it, at the seam this one.
+    /// other side of the plane. At the front the next facet may have to open it, at the seam this one. There the two walls of the last facet must not stay connected
+    /// to each other either.
     fn left_joined(&self, trace: &Trace, lines: &CutEdges, facet: &Facet) -> Option<u32> {
+        if facet.continues
+            && let Some(wall) = self.joined_walls(trace, lines)
+        {
+            return Some(wall);
+        }
         let open = trace.runs.iter().filter(|run| !run.is_open_already());
         open.filter(|run| run.members.iter().any(|member| member.flow != 0 && member.body != OPEN)).find_map(|run| {
             let [a, b] = run.piece?;
@@ -241,6 +247,18 @@ impl CutMesh {
             };
             halves.iter().find(joined).map(|half| half.half_edge / 3)
         })
+    }
+
+    /// A triangle of a wall that is connected to the other wall at the end of the last facet.
+    fn joined_walls(&self, trace: &Trace, lines: &CutEdges) -> Option<u32> {
+        let on_seam = |node: &u32| trace.nodes[*node as usize].rim[0] == 0;
+        let at_seam = trace.runs.iter().filter_map(|run| run.piece).filter(|piece| piece.iter().all(on_seam));
+        let halves = at_seam.filter_map(|[a, b]| lines.halves.get(&[a.min(b), a.max(b)])).flatten();
+        // New walls have no vertices yet.
+        let is_old_wall =
+            |half: u32| self.is_cap(half / 3) && !self.surface.triangles[half as usize / 3].contains(&NONE);
+        let is_joined = |half: u32| is_old_wall(half) && self.link_of(half) != half && is_old_wall(self.link_of(half));
+        halves.map(|half| half.half_edge).find(|half| is_joined(*half)).map(|half| half / 3)
     }
 
     /// Triangles a facet may intersect, ascending.

@@ -7,6 +7,7 @@ mod lids;
 mod random;
 mod shared;
 mod through;
+mod twisted;
 mod undo;
 
 use super::*;

@@ -28,6 +28,13 @@ use pliant_mesh::geometry::Vec3;
 /// Fraction of a run: if less of it is within the facet, that piece is collapsed to a point.
 const MIN_PIECE: f64 = 1e-3;
 
+/// Largest distance off the plane to which a node is moved along its edge, in lengths of the edge.
+const MAX_SLIDE: f64 = 0.02;
+/// Smallest distance from the last blade and from the ends of its edge at which a node is left that was moved, in lengths of the edge.
+const CLEARANCE: f64 = 1e-3;
+/// Largest number of nodes in a row that are moved.
+const MAX_SLID: usize = 4;
+
 /// The intersection of a facet with the mesh.
 pub(super) struct Trace {
     sites: Sites,
@@ -80,7 +87,20 @@ pub(super) struct Member {
     pub flat: bool,
 }
 
+/// A node moved along its edge.
+struct SlidNode {
+    node: u32,
+    place: Location,
+    x: Vec3,
+    off_plane: f64, // in lengths of the edge
+}
+
 impl Run {
+    /// Whether it is of closed bodies alone.
+    fn is_solid(&self) -> bool {
+        self.members.iter().all(|member| member.body != OPEN)
+    }
+
     /// Whether it is the border of a former cut in the same plane, which is open already.
     pub fn is_open_already(&self) -> bool {
         self.along_edge && self.members.len() > 1 && self.members.iter().all(|member| member.flat)
@@ -116,7 +136,21 @@ impl Trace {
         for run in 0..trace.runs.len() {
             trace.clip_run(run, facet);
         }
+        if facet.continues {
+            trace.beside_seam = trace.beside_seam.or_else(|| trace.abandoned(mesh, near, seam));
+        }
         trace
+    }
+
+    /// A node at a vertex of `seam` on the surface of a closed body from which no line leads on.
+    fn abandoned(&self, mesh: &CutMesh, near: &[u32], seam: &[u32]) -> Option<u32> {
+        let leads_on = |run: &&Run| run.piece.is_some() && run.is_solid() && run.members.iter().any(|m| m.flow != 0);
+        let mut led: Vec<u32> = self.runs.iter().filter(leads_on).flat_map(|run| run.ends).collect();
+        led.sort_unstable();
+        let skin = near.iter().filter(|t| mesh.body[**t as usize] != OPEN && !mesh.is_cap(**t));
+        let corners = skin.flat_map(|t| mesh.surface.triangles[*t as usize]);
+        let on_seam = corners.filter(|vertex| seam.binary_search(vertex).is_ok());
+        on_seam.filter_map(|vertex| self.node_at(mesh, vertex)).find(|node| led.binary_search(node).is_err())
     }
 
     /// The site of a vertex; a vertex that is not near the facet has the site of a near one at the same position.
@@ -311,6 +345,69 @@ impl Trace {
             self.nodes[node as usize].rim[side] = 0;
         }
         self.go_back_to_border(facet);
+        self.slide_past_seam(facet);
+    }
+
+    /// Moves nodes of a closed body along their edges to the other side of the last blade, where a line that comes from a vertex on that blade turns back over it. The
+    /// vertex was snapped to the last facet, so it is a little off the plane of this one: beside an edge nearly in the plane, the line then goes a little behind the blade
+    /// before it goes on ahead, or the other way round, and what is cut ahead of the blade would begin beside the end of the cut.
+    fn slide_past_seam(&mut self, facet: &Facet) {
+        if !facet.continues {
+            return;
+        }
+        let slid: Vec<SlidNode> = self
+            .runs
+            .iter()
+            .filter(|run| run.is_solid() && self.seam_side(run.ends[0]) * self.seam_side(run.ends[1]) < 0)
+            .flat_map(|run| {
+                let ways = run.ends.map(|end| self.slide_way(end, facet));
+                let farthest = |way: &[SlidNode]| way.iter().map(|slid| slid.off_plane).fold(0.0, f64::max);
+                let nearest = ways.into_iter().flatten().min_by(|a, b| farthest(a).total_cmp(&farthest(b)));
+                nearest.unwrap_or_default()
+            })
+            .collect();
+        for SlidNode { node, place, x, .. } in slid {
+            let node = &mut self.nodes[node as usize];
+            (node.place, node.x, node.flat) = (place, x, facet.flatten(x));
+            node.rim[0] = -node.rim[0];
+        }
+    }
+
+    /// Side of the last blade that a node is on: ahead (1), on it (0), behind (-1).
+    fn seam_side(&self, node: u32) -> i8 {
+        self.nodes[node as usize].rim[0]
+    }
+
+    /// The nodes from `first` on along a line to a vertex on the last blade, all on one side of that, moved to its other side. `None` if there is no such line, or one
+    /// of them cannot be moved.
+    fn slide_way(&self, first: u32, facet: &Facet) -> Option<Vec<SlidNode>> {
+        let mut way = vec![first];
+        while way.len() <= MAX_SLID {
+            let at = *way.last()?;
+            let beside = self.runs.iter().filter(|run| run.is_solid() && run.ends.contains(&at));
+            let others: Vec<u32> =
+                beside.map(|run| if run.ends[0] == at { run.ends[1] } else { run.ends[0] }).collect();
+            if let Some(on_blade) = others.iter().find(|node| self.seam_side(**node) == 0) {
+                let beyond = depth(facet, 0, self.nodes[*on_blade as usize].flat).abs();
+                return way.iter().map(|node| self.slide(*node, beyond, facet)).collect();
+            }
+            let next = |node: &&u32| self.seam_side(**node) == self.seam_side(first) && !way.contains(node);
+            way.push(*others.iter().find(next)?);
+        }
+        None
+    }
+
+    /// Where a node on an edge comes to the other side of the last blade, farther than `beyond`, m; `None` if it is on no edge, or that is too far off the plane.
+    fn slide(&self, node: u32, beyond: f64, facet: &Facet) -> Option<SlidNode> {
+        let Location::Edge(sites, t) = self.nodes[node as usize].place else { return None };
+        let [low, high] = sites.map(|site| self.sites.all[site as usize].x);
+        let [from, to] = [low, high].map(|x| depth(facet, 0, facet.flatten(x)));
+        let length = (high - low).norm();
+        let target = -f64::from(self.seam_side(node)) * (2.0 * beyond + CLEARANCE * length);
+        let there = (target - from) / (to - from);
+        let off_plane = (there - t).abs() * (facet.height(high) - facet.height(low)).abs() / length;
+        let is_near = off_plane <= MAX_SLIDE && (CLEARANCE..=1.0 - CLEARANCE).contains(&there);
+        is_near.then(|| SlidNode { node, place: Location::Edge(sites, there), x: between(low, high, there), off_plane })
     }
 
     /// On a sheet, extends a line to the border if the previous facet did not reach it because the piece within was too short.
