@@ -51,6 +51,11 @@ impl BodyStroke {
         let stroke = Stroke::begin(blade)?;
         Ok(Self { stroke, previous: None, tried: blade, mapped: blade, drift, way: 0.0, bridge: None })
     }
+
+    /// Whether a blade has moved by a stride (m) since the last attempt, or at all if it is the `last`.
+    pub fn is_due(&self, blade: &Blade, stride: f64, last: bool) -> bool {
+        travel(&self.tried, blade) >= stride || (last && travel(&self.stroke.blade(), blade) > 0.0)
+    }
 }
 
 /// Displacement of the midpoint of a blade along a unit vector, m.

@@ -5,36 +5,10 @@
 //! behind it on one side and goes through it to the other, so that both cuts are one.
 
 use super::body_stroke::{midpoint_displacement, travel};
+use super::sweep::Swept;
 use crate::body::{Body, LatticeError};
 use pliant_cut::{Advance, Blade, Refusal, Refused, Stroke};
 use pliant_solver::Vec3;
-
-/// What several advances have cut together.
-#[derive(Default)]
-pub struct Swept {
-    /// Cut area, m^2.
-    pub area: f64,
-    /// Cut length, m.
-    pub length: f64,
-    /// Whether the mesh changed.
-    pub has_cut: bool,
-}
-
-impl Swept {
-    /// Has the body adopt an advance of its mesh.
-    ///
-    /// # Errors
-    /// Returns the error of the grid or material plugin.
-    pub fn take(&mut self, body: &mut Body, advance: &Advance) -> Result<(), LatticeError> {
-        self.area += advance.area;
-        self.length += advance.length;
-        if !advance.has_cut() {
-            return Ok(());
-        }
-        self.has_cut = true;
-        body.take_cut(advance)
-    }
-}
 
 /// A blade on the way to another one.
 struct Detour {
@@ -57,6 +31,8 @@ pub enum Detoured {
 
 /// Most detours on one way.
 const MAX_DETOURS: usize = 8;
+/// Most strips that are tried on one way, made or not: a bound of the time of a step.
+const MAX_TRIALS: usize = 120;
 /// Detours from the end of a cut: share of the way, and distances of tip and heel aside, in strides.
 const BENDS: [[f64; 3]; 17] = [
     [0.5, 0.0, 0.0],
@@ -77,6 +53,12 @@ const BENDS: [[f64; 3]; 17] = [
     [1.0, 0.5, 0.5],
     [1.0, -0.5, -0.5],
 ];
+/// Number of further detours of that kind, from a sequence that fills their ranges evenly.
+const MORE_BENDS: u32 = 40;
+/// Largest distance aside of these, in strides.
+const MORE_ASIDE: f64 = 0.8;
+/// Steps of the sequence along its three axes: powers of the inverse of the root of x^4 = x + 1 (Roberts 2018, the R3 sequence).
+const R3: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_1, 0.549_700_477_901_970_1];
 /// Detours from the end of a cut: share of the way of the tip and of the heel.
 const TILTS: [[f64; 2]; 6] = [[0.6, 0.4], [0.4, 0.6], [0.9, 0.5], [0.5, 0.9], [0.2, 0.7], [0.7, 0.2]];
 /// Detours through a cut: distances behind its end, ahead of it and to each side, in strides.
@@ -113,11 +95,12 @@ pub fn go_around(
     if body.discretization.lattice().is_none() {
         return Ok(all);
     }
+    let mut trials = MAX_TRIALS;
     for _ in 0..MAX_DETOURS {
         if stroke.blade() == *to {
             break;
         }
-        match bend(body, (stroke, previous), to, stride, swept)? {
+        match bend(body, (stroke, previous), to, stride, (swept, &mut trials))? {
             Detoured::Nowhere => break,
             Detoured::Onward if all == Detoured::Through => {}
             detoured => all = detoured,
@@ -126,16 +109,21 @@ pub fn go_around(
     Ok(all)
 }
 
-/// Makes the first detour that the mesh allows, and goes on to `to` if it allows that too.
+/// Makes the first detour that the mesh allows within the `trials` left, and goes on to `to` if it allows that too.
 fn bend(
     body: &mut Body,
     (stroke, previous): (&mut Stroke, &mut Option<Blade>),
     to: &Blade,
     stride: f64,
-    swept: &mut Swept,
+    (swept, trials): (&mut Swept, &mut usize),
 ) -> Result<Detoured, LatticeError> {
     let from = stroke.blade();
-    for Detour { start, via } in detours(previous.as_ref(), &from, to, stride) {
+    let detours = detours(previous.as_ref(), &from, to, stride);
+    for Detour { start, via } in detours {
+        if *trials == 0 {
+            break;
+        }
+        *trials -= 1;
         let Some(mesh) = &mut body.cut else { return Ok(Detoured::Nowhere) };
         let Ok(mut trial) = start.map_or_else(|| Ok(stroke.clone()), Stroke::begin) else { continue };
         let Ok(advance) = mesh.advance_without_bridges(&mut trial, via) else { continue };
@@ -158,12 +146,16 @@ fn detours(previous: Option<&Blade>, from: &Blade, to: &Blade, stride: f64) -> V
     let Some(aside) = (from.heel - from.tip).cross(&way).try_normalize(0.0) else { return Vec::new() };
     let between =
         |tip: f64, heel: f64| Blade { tip: from.tip.lerp(&to.tip, tip), heel: from.heel.lerp(&to.heel, heel) };
-    let bends = BENDS.map(|[share, tip, heel]| {
+    let bend = |[share, tip, heel]: [f64; 3]| {
         let blade = between(share, share);
         Blade { tip: blade.tip + tip * stride * aside, heel: blade.heel + heel * stride * aside }
+    };
+    let more = (1..=MORE_BENDS).map(|k| {
+        let [share, tip, heel] = R3.map(|step| (f64::from(k) * step).fract());
+        bend([0.3 + 0.7 * share, MORE_ASIDE * (2.0 * tip - 1.0), MORE_ASIDE * (2.0 * heel - 1.0)])
     });
     let tilts = TILTS.map(|[tip, heel]| between(tip, heel));
-    let bends = bends.into_iter().chain(tilts).map(|via| Detour { start: None, via });
+    let bends = BENDS.map(bend).into_iter().chain(tilts).chain(more).map(|via| Detour { start: None, via });
     let crossings = CROSSINGS.map(|[behind, beyond, by]| {
         // Behind the end a new strip begins beside the last one, so that it goes through that all along the blade.
         let last = previous.map(|previous| (previous, travel(previous, from))).filter(|(_, length)| *length > 0.0);

@@ -6,10 +6,10 @@
 //! only: a blade that is drawn back and pushed in again continues where it stopped. The reaction acts on the body just ahead of the part of
 //! the edge that is inside.
 
-use super::body_stroke::{BodyStroke, Bridge, ahead, count_parts, midpoint_displacement, travel};
+use super::body_stroke::{BodyStroke, ahead, midpoint_displacement, travel};
 use super::cut_step::{AdvanceError, Advanced, CutStep};
-use super::detour::{Detoured, Swept, force, go_around};
 use super::rest_blade::BladeLine;
+use super::sweep::{SweepTarget, Swept};
 use crate::body::{Body, Discretization, LatticeError};
 use crate::tool::Hand;
 use nalgebra::Matrix3;
@@ -71,8 +71,6 @@ impl Inside {
 
 /// Distance between advances, in cell edges: one voxel of a cut cell.
 pub(super) const STRIDE: f64 = 0.25;
-/// Distance from the last advance, in strides, up to which a refused cut waits for the blade to move on.
-const WAIT_STRIDES: f64 = 3.0;
 /// Distance over which the heading turns to a new direction, m.
 const TURN_LENGTH: f64 = 5e-3;
 
@@ -251,85 +249,37 @@ impl Knife {
         last: bool,
     ) -> Result<Option<Advanced>, AdvanceError> {
         let RotatedBlade { blade, rotation } = blade;
-        let at_rest = |heading: Vec3| rotation.transpose() * heading;
-        let Some(BodyStroke { stroke, previous, tried, mapped, way, bridge, .. }) = &mut self.strokes[index] else {
+        let Some(stroke) = &mut self.strokes[index] else {
             self.strokes[index] = Some(BodyStroke::begin(blade, body).map_err(AdvanceError::Refused)?);
             return Ok(None);
         };
-        *mapped = blade;
+        stroke.mapped = blade;
         let stride = STRIDE * body.discretization.edge();
-        if let Some(heading) = self.heading {
-            let progress = ahead(&stroke.blade(), &blade, &at_rest(heading));
+        let before = stroke.stroke.blade();
+        let heading = self.heading.map(|heading| rotation.transpose() * heading);
+        if let Some(heading) = heading {
+            let progress = ahead(&before, &blade, &heading);
             self.retracted = progress < -0.5 * stride;
             if progress <= 0.0 {
                 return Ok(None);
             }
         }
-        let is_due = travel(tried, &blade) >= stride || (last && travel(&stroke.blade(), &blade) > 0.0);
-        if !is_due {
+        if !stroke.is_due(&blade, stride, last) {
             return Ok(None);
         }
-        // If the material of a sheet refuses the cut elements, the whole sheet is restored.
-        let state = body.discretization.sheet().is_some().then(|| body.save());
-        let Some(mesh) = &mut body.cut else { return Ok(None) };
-        *tried = blade;
-        let before = stroke.blade();
-        let heading = self.heading.map_or_else(Vec3::zeros, at_rest);
-        let mut made = Swept::default();
-        // Elements of a sheet are its triangles: what does not meet the end of a cut there is seen to by wider snapping.
-        let first = match &body.discretization {
-            Discretization::Lattice(_) => mesh.advance_without_bridges(stroke, blade),
-            Discretization::Sheet(_) => mesh.advance(stroke, blade),
-        };
-        let taken = match first {
-            Ok(advance) => {
-                *previous = Some(before);
-                made.take(body, &advance)
-            }
-            // A longer strip is often cut where this one would leave a sliver.
-            Err(_) if !last && travel(&before, &blade) < WAIT_STRIDES * stride => return Ok(None),
-            Err(refused) => {
-                let parts = bridge.as_ref().map_or_else(|| count_parts(body), |bridge| bridge.parts);
-                let place = before.tip.lerp(&before.heel, 0.5);
-                let mut may_bridge = |width: f64| _ = bridge.get_or_insert(Bridge { place, width, parts });
-                match go_around(body, (stroke, previous), &blade, stride, &mut made) {
-                    Ok(Detoured::Onward) => Ok(()),
-                    Ok(Detoured::Through) => {
-                        may_bridge(stride);
-                        Ok(())
-                    }
-                    Ok(Detoured::Nowhere) => match force(body, stroke, &blade, stride, heading) {
-                        Ok(advance) => {
-                            may_bridge(stride);
-                            made.take(body, &advance)
-                        }
-                        Err(_) => {
-                            let lost = travel(&before, &stroke.blade());
-                            if lost > 0.0 {
-                                may_bridge(lost);
-                            }
-                            return Err(AdvanceError::Refused(refused));
-                        }
-                    },
-                    Err(error) => Err(error),
-                }
-            }
-        };
-        if let Err(error) = taken {
-            if let Some(state) = state {
-                body.restore(&state).map_err(AdvanceError::Failed)?;
-            }
-            return Err(AdvanceError::Failed(error));
-        }
-        let distance = travel(&before, &stroke.blade());
-        let energy = if made.area > 0.0 { self.edge.toughness * made.area } else { self.edge.tear * made.length };
-        if made.has_cut {
-            *way += distance;
+        stroke.tried = blade;
+        let target = SweepTarget { blade, stride, heading: heading.unwrap_or_default(), last };
+        let Some(swept) = stroke.sweep(body, &target)? else { return Ok(None) };
+        let distance = travel(&before, &stroke.stroke.blade());
+        if swept.has_cut {
+            stroke.way += distance;
             self.heading =
                 self.heading.or_else(|| (rotation * midpoint_displacement(&before, &blade)).try_normalize(0.0));
         }
+        let Swept { area, length, has_cut } = swept;
+        let energy = if area > 0.0 { self.edge.toughness * area } else { self.edge.tear * length };
         let force = if distance > 0.0 { energy / distance } else { 0.0 };
-        Ok(Some(Advanced { force, area: made.area, length: made.length, has_cut: made.has_cut }))
+        Ok(Some(Advanced { force, area, length, has_cut }))
     }
 }
 

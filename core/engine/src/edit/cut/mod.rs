@@ -7,6 +7,7 @@ mod knife;
 mod rest_blade;
 mod sheet_intersection;
 mod stroke_end;
+mod sweep;
 
 pub use cut_step::{CutStep, HeldBody};
 pub use knife::BladeEdge;

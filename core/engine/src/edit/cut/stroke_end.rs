@@ -14,8 +14,9 @@ use nalgebra::Matrix3;
 use pliant_cut::{Blade, CutMesh};
 use pliant_solver::Vec3;
 
-/// Most moves of a blade, each of a stride at most, until it rests at the end of a stroke.
-const MAX_MOVES: usize = 256;
+/// Most moves of a blade until it rests at the end of a stroke: all of them are in one step, and each is an advance. They are of a stride, or longer if the hand is
+/// farther away than that many strides.
+const MAX_MOVES: usize = 48;
 /// A blade rests if it moves by less than this, in strides.
 const AT_REST: f64 = 1e-3;
 
@@ -81,6 +82,7 @@ impl Knife {
         bodies: &mut [Body],
         step: &mut CutStep,
     ) -> Result<(), LatticeError> {
+        let shortest = (hand.position - self.tip).norm() / MAX_MOVES as f64;
         for _ in 0..MAX_MOVES {
             let Some(edge) = self.inside.as_ref().map(|inside| bodies[inside.body as usize].discretization.edge())
             else {
@@ -93,7 +95,7 @@ impl Knife {
                 return Ok(());
             }
             // What the next stride resists with is known once it is cut.
-            let moved = (STRIDE * edge / moved.norm()).min(1.0) * moved;
+            let moved = ((STRIDE * edge).max(shortest) / moved.norm()).min(1.0) * moved;
             self.tip = before + moved;
             let (mut resistance, mut is_in) = (None, false);
             for (index, body) in bodies.iter_mut().enumerate() {
