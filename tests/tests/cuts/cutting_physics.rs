@@ -122,9 +122,10 @@ fn every_part_of_the_surface_goes_with_one_part_of_the_lattice() {
     // Also where the blade passes closer to the face of a cell than a voxel is thick: cells are 5 mm, voxels 1.25 mm.
     for at in [0.0, 2e-4, 6e-4, 1.2e-3, 2.5e-3, 4.4e-3, 4.9e-3, 5e-3] {
         for tilt in [0.0, 0.004] {
-            let path = format!("[[0.0, {at}, -0.05, 0.03], [0.2, {}, -0.05, -0.03]]", at + tilt);
+            // A voxel a step.
+            let path = format!("[[0.0, {at}, -0.05, 0.03], [0.05, {}, -0.05, -0.03]]", at + tilt);
             let mut session = scene("", "", &path, "toughness = 0", "");
-            run(&mut session, 0.22);
+            run(&mut session, 0.055);
             let pairs = pairs(&session.bodies[0]);
             assert_eq!(pairs.len(), 2, "{at} {tilt}: {pairs:?}");
         }

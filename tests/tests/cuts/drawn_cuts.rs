@@ -8,19 +8,24 @@
 use nalgebra::{Rotation3, UnitQuaternion};
 use pliant_cut::{Blade, CutMesh, Stroke};
 use pliant_editor::{Draft, DraftMaterial, PaintStroke, SOLIDS, stroke_button};
+use pliant_engine::body::Body;
 use pliant_engine::edit::KINDS;
 use pliant_engine::scene::Release;
 use pliant_engine::session::{EventKind, HandPose, Session, SessionCommand};
 use pliant_mesh::testing::{Random, scan};
 use pliant_mesh::{ObjDocument, Surface, generate};
+use pliant_plugin_api::abi::Ball;
 use pliant_solver::Vec3;
 use pliant_tests::{Bench, asked_cases, open_file};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::ops::RangeInclusive;
 
 const SOLIDS_OF: [&str; 3] = ["mass-spring", "neo-hookean", "corotational"];
 /// Longest edge of a body's bounding box, m.
 const SIZE: f64 = 0.1;
+/// Volume of a part of the surface, in cells, above which the lattice has a part of its own for it: two of the smallest that it parts.
+const LEAST_CELLS: f64 = 1.0;
 /// Radius of an editor's tool on such a body, m.
 const RADIUS: f64 = 0.04 * SIZE;
 
@@ -187,12 +192,41 @@ fn count(surface: &Surface) -> u32 {
     surface.shells().iter().max().map_or(0, |last| last + 1)
 }
 
+/// Pairs of parts of the surface, each of them larger than [`LEAST_CELLS`], that one part of the lattice carries.
+fn joined_in_lattice(body: &mut Body) -> usize {
+    // Everything is active for this.
+    if !body.discretization.is_whole() {
+        let Body { model, skin, system, discretization, fixings, .. } = &mut *body;
+        let ball = Ball { centre: [0.0; 3], radius: 4.0 * SIZE };
+        discretization.follow(&[ball], model, fixings, skin, system).expect("a region");
+    }
+    let (Some(mesh), Some(lattice)) = (&body.cut, body.discretization.lattice()) else { return 0 };
+    let parts = lattice.parts();
+    let part = |v: u32| parts[lattice.region().cell_corners[body.skin.cell[v as usize] as usize][0] as usize];
+    let least = LEAST_CELLS * lattice.edge().powi(3);
+    let shells = mesh.parts();
+    let mut carriers: Vec<BTreeMap<u32, usize>> = vec![BTreeMap::new(); shells.all.len()];
+    for (corners, shell) in mesh.surface().triangles.iter().zip(&shells.of) {
+        corners.iter().for_each(|v| *carriers[*shell as usize].entry(part(*v)).or_default() += 1);
+    }
+    let most = |carrier: &BTreeMap<u32, usize>| carrier.iter().max_by_key(|(_, count)| **count).map(|(part, _)| *part);
+    let mut carriers: Vec<_> =
+        carriers.iter().zip(&shells.all).filter(|(_, p)| p.volume > least).map(|(c, _)| most(c)).collect();
+    let count = carriers.len();
+    carriers.sort_unstable();
+    carriers.dedup();
+    count - carriers.len()
+}
+
 #[test]
 fn a_drawn_line_parts_the_body_or_it_is_told_what_holds() {
-    let (asked, mut drawn, mut necks, mut silent) = (asked_cases("DRAWN"), 0, Vec::new(), Vec::new());
+    let (asked, mut drawn) = (asked_cases("DRAWN"), 0);
+    let (mut necks, mut silent, mut joined) = (Vec::new(), Vec::new(), Vec::new());
+    // s, of a step that cuts and of the last one
+    let (mut slowest, mut slowest_end) = (0.0_f64, 0.0_f64);
     // Finer grids take minutes.
     let levels = if asked.is_some() { 4..=7 } else { 4..=5 };
-    for number in asked.unwrap_or(0..40) {
+    for number in asked.unwrap_or(0..16) {
         let bench = Bench::new();
         let (case, document) = DrawnCut::new(number, &levels);
         let mut session = case.open(&bench, &document);
@@ -208,12 +242,24 @@ fn a_drawn_line_parts_the_body_or_it_is_told_what_holds() {
             }
             println!("{number}: {parts} of {expected} parts, {told} told: {case:?}");
         }
+        let pairs = joined_in_lattice(&mut session.bodies[0]);
+        if pairs > 0 {
+            joined.push(number);
+            println!("{number}: {parts} of {expected} parts, {pairs} of them joined in the lattice: {case:?}");
+        }
+        let seconds = &session.cuts().seconds;
+        slowest = slowest.max(seconds.iter().copied().fold(0.0, f64::max));
+        slowest_end = slowest_end.max(seconds.last().copied().unwrap_or(0.0));
         assert_eq!(session.history(), (1, 0), "{number}: a stroke is one step of the history");
         assert!(session.undo(), "{number}");
         assert_eq!(count(&session.bodies[0].model.surface), 1, "{number}: one undo takes the stroke back");
     }
     println!("{} of {drawn} lines leave a neck: {necks:?}; {} of them without a word", necks.len(), silent.len());
+    println!("{} of {drawn} lines leave parts of the surface that the lattice joins: {joined:?}", joined.len());
+    println!("The slowest step that cuts takes {slowest:.3} s, the slowest end of a stroke {slowest_end:.3} s");
     assert!(silent.is_empty(), "{silent:?}");
     // Where the mesh refuses every strip there is no way around; before the swept area was one, half of the lines left a neck.
     assert!(20 * necks.len() <= drawn, "{} of {drawn}: {necks:?}", necks.len());
+    // That is wrong, and known: bodies that come near themselves share nodes beside the cut, and others too.
+    assert!(4 * joined.len() <= drawn, "{} of {drawn}: {joined:?}", joined.len());
 }

@@ -7,8 +7,9 @@ use pliant_mesh::testing::{Random, models};
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::StepTime;
 use pliant_tests::sweep::{Sweep, cut};
-use pliant_tests::{Bench, NOW, open_file};
+use pliant_tests::{Bench, NOW, asked_cases, open_file};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// A material and what it needs in a `[[body]]`.
 const SOLIDS: [&str; 4] = [
@@ -17,6 +18,11 @@ const SOLIDS: [&str; 4] = [
     "material = { plugin = \"corotational\", params = { young = \"80 kPa\" } }",
     "material = { plugin = \"neo-hookean\", params = { young = \"80 kPa\", yield-strain = 0.02 } }",
 ];
+
+/// Levels of solids, from 3 on.
+const LEVELS: usize = 3;
+/// Seeds of generated models. `SPLITS=0..20` asks for those.
+const SEEDS: Range<u64> = 0..2;
 
 /// A free body of 100 mm, with undo, that blades may cut.
 fn scene(body: &str) -> String {
@@ -46,14 +52,14 @@ fn scene(body: &str) -> String {
     )
 }
 
-/// The generated models of a seed with a body's lines for each: solids at levels 3 to 6, and cloth.
+/// The generated models of a seed with a body's lines for each: solids at levels from 3 on, and cloth.
 fn cases(bench: &Bench, seed: u64) -> Vec<(String, String)> {
     let mut random = Random(seed);
     let mut cases = Vec::new();
     for (i, model) in models(6, seed).into_iter().enumerate() {
         let file = format!("{seed}-{i}.obj");
         bench.write(&file, &model.text);
-        let level = 3 + (seed as usize + i) % 4;
+        let level = 3 + (seed as usize + i) % LEVELS;
         let material = random.pick(&SOLIDS);
         let extent = random.pick(&["whole", "whole", "local"]);
         cases.push((
@@ -166,7 +172,7 @@ fn state(session: &Session) -> Vec<u64> {
 fn a_split_changes_no_shape_motion_or_force() {
     let bench = Bench::new();
     let mut split = 0;
-    for seed in 0..4 {
+    for seed in asked_cases("SPLITS").unwrap_or(SEEDS) {
         for (name, body) in cases(&bench, seed) {
             let Some(mut session) = cut_and_moving(&bench, &body, seed) else { continue };
             let (before, drawn, felt) = (balance(&mut session), triangles(session.bodies.iter()), forces(&mut session));
@@ -200,7 +206,7 @@ fn a_split_changes_no_shape_motion_or_force() {
             }
         }
     }
-    assert!(split > 12, "{split} splits");
+    assert!(asked_cases("SPLITS").is_some() || split > 6, "{split} splits");
 }
 
 /// Undo brings the whole back with every bit, redo the parts, and what follows is the same each time.
@@ -208,7 +214,7 @@ fn a_split_changes_no_shape_motion_or_force() {
 fn undo_makes_the_parts_one_body_again() {
     let bench = Bench::new();
     let mut split = 0;
-    for seed in 0..3 {
+    for seed in asked_cases("SPLITS").unwrap_or(SEEDS) {
         for (name, body) in cases(&bench, seed) {
             let Some(mut session) = cut_and_moving(&bench, &body, seed) else { continue };
             let (whole, (entries, _)) = (state(&session), session.history());
@@ -237,7 +243,7 @@ fn undo_makes_the_parts_one_body_again() {
             assert!(session.bodies.iter().all(|body| body.frozen.is_none()), "{name}");
         }
     }
-    assert!(split > 9, "{split} splits");
+    assert!(asked_cases("SPLITS").is_some() || split > 6, "{split} splits");
 }
 
 /// Parts of a free body move as they would within it, and each on its own: what is done to one moves no other.
