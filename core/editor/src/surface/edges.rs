@@ -1,6 +1,7 @@
 //! Edges for a wireframe: those of the file's polygons, without the diagonals of their triangulation.
 
 use super::ViewSurface;
+use pliant_engine::body::{CAP, TriangleLook};
 
 impl ViewSurface {
     /// Drawn vertices at the ends of every edge between two polygons or on a border (e x 2).
@@ -24,5 +25,31 @@ impl ViewSurface {
             }
         }
         edges
+    }
+
+    /// Mesh vertices at the ends of every edge that a cut has made on the surface: where that meets the faces inside, or the border of a cut sheet (e x 2).
+    pub fn cut_edges(&self) -> Vec<[u32; 2]> {
+        let mut edges = Vec::new();
+        for (triangle, look) in self.triangles.iter().enumerate() {
+            let Some(look) = look else { continue };
+            let is_cap = look.material == CAP;
+            for corner in 0..3 {
+                let ends = [look.corners[corner], look.corners[(corner + 1) % 3]];
+                if !is_cap && ends.iter().all(|vertex| (*vertex as usize) < self.opened) {
+                    continue;
+                }
+                let across = self.across(triangle, ends);
+                if across.map_or(!is_cap, |other| is_cap && other.material != CAP) {
+                    edges.push(ends);
+                }
+            }
+        }
+        edges
+    }
+
+    /// The triangle on the other side of an edge of a triangle.
+    fn across(&self, triangle: usize, [from, to]: [u32; 2]) -> Option<&TriangleLook> {
+        let others = self.around.of(from).iter().filter(|other| **other as usize != triangle);
+        others.filter_map(|other| self.triangles[*other as usize].as_ref()).find(|other| other.corners.contains(&to))
     }
 }

@@ -3,6 +3,7 @@
 //! It is updated from frames and topology patches and reports the changes, so that only changed vertices of a large surface are uploaded.
 
 mod adjacency;
+mod cut_normals;
 mod edges;
 mod normals;
 mod pick;
@@ -12,9 +13,11 @@ pub use pick::{Hit, Picker};
 pub use split::DrawnVertex;
 
 use adjacency::Adjacency;
+use cut_normals::{KeptNormal, ShownBefore};
 use pliant_engine::body::TriangleLook;
 use pliant_live::{BodyTopology, BodyView, TopologyPatch};
 use pliant_solver::Vec3;
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// The surface of a body for drawing.
@@ -41,6 +44,10 @@ pub struct ViewSurface {
     normals: Vec<[f32; 3]>,
     /// Drawn vertex at each corner of each triangle; three times the same vertex for an invisible triangle.
     corners: Vec<[u32; 3]>,
+    /// Number of vertices at the opening: later ones are made by cuts.
+    opened: usize,
+    /// Normals that were shown at vertices before they were at a cut.
+    kept_normals: HashMap<u32, Vec<KeptNormal>>,
     /// Number of the last frame that was applied.
     frame: u64,
     /// Vertices whose normals must be updated, each once.
@@ -88,6 +95,8 @@ impl ViewSurface {
             span_of: vec![(0, 0); count],
             drawn: Vec::with_capacity(count),
             normals: Vec::new(),
+            opened: count,
+            kept_normals: HashMap::new(),
             frame: 0,
             dirty: Vec::new(),
             is_dirty: vec![false; count],
@@ -250,9 +259,10 @@ impl ViewSurface {
         let before = self.triangles.len();
         let gone = patch.count.min(before)..before;
         let changed = patch.changed.iter().filter(|(t, _)| (*t as usize) < patch.count);
-        let mut vertices = Vec::new();
+        let (mut vertices, mut shown) = (Vec::new(), ShownBefore::default());
         let old = changed.clone().map(|(t, _)| *t as usize).filter(|t| *t < before).chain(gone);
         for triangle in old {
+            self.note_shown(triangle as u32, &mut shown);
             if let Some(look) = self.triangles[triangle].take() {
                 for vertex in look.corners {
                     self.around.remove(vertex, triangle as u32);
@@ -281,7 +291,7 @@ impl ViewSurface {
         vertices.sort_unstable();
         vertices.dedup();
         vertices.retain(|v| (*v as usize) < self.positions.len());
-        for vertex in vertices {
+        for &vertex in &vertices {
             let (first, count) = self.span_of[vertex as usize];
             self.split(vertex);
             let (new_first, new_count) = self.span_of[vertex as usize];
@@ -294,6 +304,7 @@ impl ViewSurface {
             changes.looks.push(new_first as usize..(new_first + new_count) as usize);
             self.mark(vertex);
         }
+        self.keep_normals(&vertices, &shown);
     }
 }
 

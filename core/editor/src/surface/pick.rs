@@ -13,6 +13,8 @@ use std::thread::JoinHandle;
 pub struct Hit {
     /// Index of the triangle that is hit.
     pub triangle: u32,
+    /// Barycentric coordinates of the point in the triangle, of its three corners.
+    pub weights: Vec3,
     /// Distance along the ray, m.
     pub distance: f64,
     /// The point with its shading normal.
@@ -97,23 +99,32 @@ impl Picker {
             Some(tree) => tree.along(ray.origin, ray.origin + reach * ray.direction, &mut look_at),
             None => (0..surface.triangles.len() as u32).for_each(&mut look_at),
         }
-        let (distance, triangle, bary) = best?;
-        let corners = surface.corners[triangle as usize];
-        let normal: Vec3 = corners
-            .iter()
-            .zip(bary.iter())
-            .map(|(corner, share)| {
-                let [x, y, z] = surface.normals[*corner as usize].map(f64::from);
-                *share * Vec3::new(x, y, z)
-            })
-            .sum();
-        let normal = normal.try_normalize(1e-9).or_else(|| surface.cross(triangle).try_normalize(0.0))?;
-        Some(Hit { triangle, distance, at: SurfacePoint { point: ray.origin + distance * ray.direction, normal } })
+        let (distance, triangle, weights) = best?;
+        let (point, normal) = (ray.origin + distance * ray.direction, surface.normal_at(triangle, &weights)?);
+        Some(Hit { triangle, weights, distance, at: SurfacePoint { point, normal } })
     }
 
     /// Whether the tree is ready.
     pub fn is_ready(&self) -> bool {
         self.tree.is_some()
+    }
+}
+
+impl ViewSurface {
+    /// The point of a triangle with these barycentric coordinates as the surface is now, with its shading normal; `None` where there is no such triangle any
+    /// more. A point that was hit before is followed so while the surface moves.
+    pub fn point_at(&self, triangle: u32, weights: &Vec3) -> Option<SurfacePoint> {
+        let [a, b, c] = self.corner_places(triangle)?;
+        let point = weights.x * a + weights.y * b + weights.z * c;
+        Some(SurfacePoint { point, normal: self.normal_at(triangle, weights)? })
+    }
+
+    /// Unit shading normal at a point of a triangle; `None` if that is degenerate and so are its neighbours.
+    fn normal_at(&self, triangle: u32, weights: &Vec3) -> Option<Vec3> {
+        let corners = self.corners.get(triangle as usize)?;
+        let of_corner = |corner: &u32| Vec3::from(self.normals[*corner as usize].map(f64::from));
+        let normal: Vec3 = corners.iter().zip(weights.iter()).map(|(corner, share)| *share * of_corner(corner)).sum();
+        normal.try_normalize(1e-9).or_else(|| self.cross(triangle).try_normalize(0.0))
     }
 }
 

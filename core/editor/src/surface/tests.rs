@@ -165,6 +165,98 @@ fn the_picker_finds_what_looking_at_all_finds_also_after_a_move() {
     assert!(hit.distance <= 1.0 + 1e-6, "{hit:?}");
 }
 
+/// Barycentric coordinates are affine, so a point goes where an affine motion of all vertices takes it.
+#[test]
+fn a_point_that_was_hit_is_followed_while_the_surface_moves() {
+    let mut surface = ViewSurface::new(&topology(generate::sphere(10, 1.0).unwrap()));
+    let hits: Vec<Hit> =
+        (0..50).filter_map(|i| picker_without_tree(&surface).pick(&surface, &ray(f64::from(i)), 10.0)).collect();
+    assert!(hits.len() > 10);
+    for hit in &hits {
+        let at = surface.point_at(hit.triangle, &hit.weights).unwrap();
+        // Positions are in single precision.
+        assert!((at.point - hit.at.point).norm() < 1e-5 && at.normal == hit.at.normal, "{hit:?}");
+    }
+    let turn = nalgebra::Rotation3::from_scaled_axis(Vec3::new(0.3, -1.1, 0.7));
+    let motion = |p: Vec3| turn * (1.7 * p) + Vec3::new(0.4, -0.2, 0.9);
+    let places: Vec<(usize, [f32; 3])> = surface
+        .positions()
+        .iter()
+        .enumerate()
+        .map(|(vertex, p)| (vertex, motion(Vec3::from(p.map(f64::from))).map(|c| c as f32).into()))
+        .collect();
+    let view = moved(&surface, 1, &places);
+    surface.update(1, &view, &[]);
+    for hit in &hits {
+        let at = surface.point_at(hit.triangle, &hit.weights).unwrap();
+        assert!((at.point - motion(hit.at.point)).norm() < 1e-5, "{hit:?}");
+        assert!((at.normal - turn * hit.at.normal).norm() < 1e-5, "{hit:?}");
+    }
+    assert_eq!(surface.point_at(surface.triangles().len() as u32, &hits[0].weights), None);
+}
+
+/// Splits a triangle at the point with these barycentric coordinates, as a cut does, with a cap on one of its edges. Returns the patch and the new positions.
+fn split_at(surface: &ViewSurface, triangle: u32, weights: [f64; 3]) -> (TopologyPatch, Vec<[f32; 3]>) {
+    let look = surface.triangles()[triangle as usize].unwrap();
+    let (count, new) = (surface.triangles().len() as u32, surface.positions().len() as u32);
+    let [a, b, c] = look.corners;
+    let corners = look.corners.map(|v| surface.positions()[v as usize]);
+    let place = std::array::from_fn(|k| (0..3).map(|i| weights[i] * f64::from(corners[i][k])).sum::<f64>() as f32);
+    let piece = |corners: [u32; 3]| Some(TriangleLook { corners, ..look });
+    let cap =
+        TriangleLook { corners: [a, new, b], material: CAP, face: count, shading: [ABSENT; 3], texture: [[0.0; 2]; 3] };
+    let changed = vec![
+        (triangle, piece([a, b, new])),
+        (count, piece([b, c, new])),
+        (count + 1, piece([c, a, new])),
+        (count + 2, Some(cap)),
+    ];
+    let mut positions = surface.positions().to_vec();
+    positions.push(place);
+    (TopologyPatch { body: 0, number: 1, count: count as usize + 3, changed }, positions)
+}
+
+#[test]
+fn a_cut_leaves_the_shading_beside_it_and_it_turns_with_the_surface() {
+    for (size, triangle, weights) in [(6, 20, [0.2, 0.3, 0.5]), (8, 77, [0.6, 0.1, 0.3]), (12, 150, [1.0 / 3.0; 3])] {
+        let before = topology(generate::sphere(size, 1.0).unwrap());
+        let mut surface = ViewSurface::new(&before);
+        let look = surface.triangles()[triangle as usize].unwrap();
+        let normals_of =
+            |s: &ViewSurface, t: usize| s.corners()[t].map(|d| Vec3::from(s.normals()[d as usize].map(f64::from)));
+        let shown = normals_of(&surface, triangle as usize);
+        let expected = (0..3).map(|i| weights[i] * shown[i]).sum::<Vec3>().normalize();
+        let flat = surface.cross(triangle).normalize();
+        let (patch, positions) = split_at(&surface, triangle, weights);
+        assert_eq!(surface.cut_edges().len(), 0);
+        surface.update(1, &BodyView::of_positions(surface.origin, positions.clone(), 1), &[patch]);
+        // The two old corners of the first piece, and the new one.
+        let [a, b, new] = normals_of(&surface, triangle as usize);
+        assert!((a - shown[0]).norm() < 1e-6 && (b - shown[1]).norm() < 1e-6, "what was smooth stays so");
+        assert!((new - expected).norm() < 1e-5 && (new - flat).norm() > 1e-3, "{new} and not {expected}");
+        let mut edges = surface.cut_edges();
+        edges.iter_mut().for_each(|ends| ends.sort_unstable());
+        edges.sort_unstable();
+        let [a, b, _] = look.corners;
+        let mut around = [[a, b], [a, positions.len() as u32 - 1], [b, positions.len() as u32 - 1]];
+        around.iter_mut().for_each(|ends| ends.sort_unstable());
+        around.sort_unstable();
+        assert_eq!(edges, around, "the edges of the cap");
+        let turn = nalgebra::Rotation3::from_scaled_axis(Vec3::new(-0.4, 0.9, 1.3));
+        let turned = positions.iter().map(|p| (turn * Vec3::from(p.map(f64::from))).map(|c| c as f32).into()).collect();
+        surface.update(2, &BodyView::of_positions(surface.origin, turned, 2), &[]);
+        assert!((normals_of(&surface, triangle as usize)[2] - turn * expected).norm() < 1e-5);
+        let undo =
+            TopologyPatch { body: 0, number: 2, count: before.triangles.len(), changed: vec![(triangle, Some(look))] };
+        surface.update(3, &BodyView::of_positions(surface.origin, before.positions.clone(), 3), &[undo]);
+        let fresh = ViewSurface::new(&before);
+        for t in 0..before.triangles.len() {
+            assert_eq!(normals_of(&surface, t), normals_of(&fresh, t), "undo gives the normals back");
+        }
+        assert_eq!(surface.cut_edges().len(), 0);
+    }
+}
+
 fn ray(i: f64) -> PointerRay {
     let origin = Vec3::new(3.0 * (0.7 * i).sin(), 3.0 * (0.31 * i).cos(), 3.0 * (1.3 * i).sin());
     let aim = Vec3::new(0.9 * (2.1 * i).sin(), 0.9 * (1.7 * i).cos(), 0.0);
