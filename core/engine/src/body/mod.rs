@@ -170,6 +170,19 @@ impl Body {
         Ok(())
     }
 
+    /// Vertices no longer have mirror images. They are from now on where the nodes have them, as an undo of later edits will find them.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(crate) fn end_symmetry(&mut self, pool: &Pool) -> Result<(), LatticeError> {
+        if self.symmetry.take().is_none() {
+            return Ok(());
+        }
+        // The mean of a pair moves the one that no active node moves, too.
+        self.skin.settle_inactive();
+        self.embed_skin(pool)
+    }
+
     /// Has viewers that have looked at `other` copy all of this body, which is shown in its place.
     pub(crate) fn take_place_of(&mut self, other: &Self) {
         self.skin.pages.take_place_of(&other.skin.pages, self.skin.x.len());

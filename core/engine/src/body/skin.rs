@@ -106,6 +106,16 @@ impl Skin {
         self.cell.fill(NOT_EMBEDDED);
     }
 
+    /// Moves the vertices that no active node moves to their settled positions.
+    pub fn settle_inactive(&mut self) {
+        for (v, (x, settled)) in self.x.iter_mut().zip(self.settled.iter()).enumerate() {
+            if self.cell[v] == NOT_EMBEDDED && x != settled {
+                *x = *settled;
+                self.pages.mark(v as u32);
+            }
+        }
+    }
+
     /// Present corners of a triangle, m, as of their last update.
     pub fn corners(&self, model: &Model, triangle: u32) -> [Vec3; 3] {
         model.surface.triangles[triangle as usize].map(|v| self.x[v as usize])

@@ -74,6 +74,7 @@ impl EventKind {
         matches!(
             self,
             Self::CutRefused
+                | Self::CutHeld
                 | Self::StitchRefused
                 | Self::PaintRefused
                 | Self::SplitRefused
@@ -183,7 +184,13 @@ mod tests {
     #[test]
     fn every_refusal_is_described_once_a_stroke_and_the_first_of_all_else() {
         let mut events = Events::default();
-        let kinds = [EventKind::CutRefused, EventKind::PaintRefused, EventKind::SplitRefused, EventKind::LayerRefused];
+        let kinds = [
+            EventKind::CutRefused,
+            EventKind::CutHeld,
+            EventKind::PaintRefused,
+            EventKind::SplitRefused,
+            EventKind::LayerRefused,
+        ];
         for kind in kinds {
             for number in 0..20 {
                 // As a stroke that is refused in each of its steps.

@@ -110,6 +110,9 @@ impl Session {
         self.update_surface();
         let time = self.time();
         for body in &mut self.bodies {
+            if let Err(error) = body.end_symmetry(&self.workers.all) {
+                self.events.add(EventKind::Message, time, || error.to_string());
+            }
             pair(body, &planes, time, &mut self.events);
         }
         // Undo may bring these back.
@@ -119,9 +122,8 @@ impl Session {
     }
 }
 
-/// Pairs the vertices of a body about planes; without any its vertices are no longer paired.
+/// Pairs the vertices of a body, which are not paired, about planes.
 fn pair(body: &mut Body, planes: &[SymmetryPlane], time: f64, events: &mut Events) {
-    body.symmetry = None;
     if planes.is_empty() {
         return;
     }

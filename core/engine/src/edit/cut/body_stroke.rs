@@ -3,6 +3,7 @@
 use super::rest_blade::mean_displacement;
 use crate::body::Body;
 use pliant_cut::{Blade, Refused, Stroke};
+use pliant_mesh::Surface;
 use pliant_solver::Vec3;
 
 /// The area that a blade sweeps in the rest shape of a body, from where the hand was before the edit to where it is. It has no gaps: it goes on
@@ -22,6 +23,31 @@ pub struct BodyStroke {
     pub way: f64,
     /// The first place where the mesh could be cut with a bridge only.
     pub bridge: Option<Bridge>,
+    /// What it has cut right through since it began; `None` before the first cut, and where an end of the blade was inside of the body.
+    pub section: Option<Section>,
+}
+
+/// A cut through a whole cross-section of a body, as far as the blade tells: it was longer than the body is thick, all along.
+#[derive(Clone, Copy)]
+pub struct Section {
+    /// Euler characteristic of the surface before.
+    pub euler: i64,
+    /// Middle of the blade where the mesh refused it first, or else where it cut first, in the rest shape, m.
+    pub place: Vec3,
+    /// Whether the mesh has refused it anywhere.
+    pub was_refused: bool,
+    /// Whether both ends of the blade were outside wherever it cut.
+    pub spans: bool,
+}
+
+/// Euler characteristic of a closed surface. A cut right through adds two for each cross-section, whether the body falls apart or was a ring; one that
+/// leaves a neck adds nothing.
+pub fn euler_characteristic(surface: &Surface) -> i64 {
+    let mut is_used = vec![false; surface.points.len()];
+    surface.triangles.iter().flatten().for_each(|v| is_used[*v as usize] = true);
+    let vertices = is_used.iter().filter(|used| **used).count() as i64;
+    // Three edges to a triangle, each shared by two.
+    vertices - surface.triangles.len() as i64 / 2
 }
 
 /// Where a stroke may have left a bridge across its cut.
@@ -49,13 +75,40 @@ impl BodyStroke {
         let lattice = body.discretization.lattice().filter(|lattice| lattice.is_whole());
         let drift = lattice.map_or_else(Vec3::zeros, |lattice| mean_displacement(lattice, body));
         let stroke = Stroke::begin(blade)?;
-        Ok(Self { stroke, previous: None, tried: blade, mapped: blade, drift, way: 0.0, bridge: None })
+        Ok(Self { stroke, previous: None, tried: blade, mapped: blade, drift, way: 0.0, bridge: None, section: None })
+    }
+
+    /// Notes what a solid is like before the first cut of the stroke.
+    pub fn begin_section(&mut self, body: &Body) {
+        let Some(mesh) = body.cut.as_ref().filter(|_| body.discretization.lattice().is_some()) else { return };
+        let (blade, euler) = (self.stroke.blade(), || euler_characteristic(mesh.surface()));
+        let begun = || Section { euler: euler(), place: middle(&blade), was_refused: false, spans: true };
+        self.section.get_or_insert_with(begun);
+    }
+
+    /// Notes where the mesh has refused the stroke first.
+    pub fn note_refusal(&mut self, blade: &Blade) {
+        if let Some(section) = self.section.as_mut().filter(|section| !section.was_refused) {
+            (section.place, section.was_refused) = (middle(blade), true);
+        }
+    }
+
+    /// Notes whether the blade up to which a solid was cut has an end inside.
+    pub fn extend_section(&mut self, body: &Body, blade: &Blade) {
+        if let (Some(section), Some(mesh)) = (&mut self.section, &body.cut) {
+            section.spans &= !mesh.encloses(blade.tip) && !mesh.encloses(blade.heel);
+        }
     }
 
     /// Whether a blade has moved by a stride (m) since the last attempt, or at all if it is the `last`.
     pub fn is_due(&self, blade: &Blade, stride: f64, last: bool) -> bool {
         travel(&self.tried, blade) >= stride || (last && travel(&self.stroke.blade(), blade) > 0.0)
     }
+}
+
+/// Midpoint of a blade, m.
+fn middle(blade: &Blade) -> Vec3 {
+    blade.tip.lerp(&blade.heel, 0.5)
 }
 
 /// Displacement of the midpoint of a blade along a unit vector, m.

@@ -269,9 +269,15 @@ impl Knife {
         }
         stroke.tried = blade;
         let target = SweepTarget { blade, stride, heading: heading.unwrap_or_default(), last };
-        let Some(swept) = stroke.sweep(body, &target)? else { return Ok(None) };
+        stroke.begin_section(body);
+        let Some(swept) = stroke.sweep(body, &target)? else {
+            // The mesh has refused it for now.
+            stroke.note_refusal(&before);
+            return Ok(None);
+        };
         let distance = travel(&before, &stroke.stroke.blade());
         if swept.has_cut {
+            stroke.extend_section(body, &blade);
             stroke.way += distance;
             self.heading =
                 self.heading.or_else(|| (rotation * midpoint_displacement(&before, &blade)).try_normalize(0.0));

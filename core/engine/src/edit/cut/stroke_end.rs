@@ -5,7 +5,7 @@
 //! the blade. So the blade first moves on against the resistance of what is left until the hand no longer pulls with more. Then, if it has come out of
 //! the shape that the body had when the stroke began, it cuts up to there in the rest shape, if that is not farther than it has cut by itself.
 
-use super::body_stroke::{BodyStroke, Bridge, count_parts, midpoint_displacement};
+use super::body_stroke::{BodyStroke, Section, count_parts, euler_characteristic, midpoint_displacement};
 use super::cut_step::{CutStep, HeldBody};
 use super::knife::{Knife, RotatedBlade, STRIDE};
 use crate::body::{Body, LatticeError};
@@ -63,12 +63,18 @@ impl Knife {
         Ok(())
     }
 
-    /// Says where a bridge is left across a cut that the mesh did not allow without, if it has parted nothing.
+    /// Says where a neck is left by a cut that the mesh did not allow without a bridge, or that the blade was drawn right through without parting a
+    /// cross-section.
     fn report_bridge(&self, index: usize, body: &Body, asked: &Blade, step: &mut CutStep) {
-        let Some(bridge) = self.strokes[index].as_ref().and_then(|stroke| stroke.bridge) else { return };
-        let is_through = body.cut.as_ref().is_some_and(|mesh| is_outside(mesh, asked));
-        if is_through && count_parts(body) <= bridge.parts {
-            let Bridge { place, width, .. } = bridge;
+        let (Some(stroke), Some(mesh)) = (&self.strokes[index], &body.cut) else { return };
+        if !is_outside(mesh, asked) {
+            return;
+        }
+        let bridge = stroke.bridge.filter(|bridge| count_parts(body) <= bridge.parts);
+        let is_whole = |section: &Section| section.spans && euler_characteristic(mesh.surface()) <= section.euler;
+        let found = bridge.map(|bridge| (bridge.place, bridge.width));
+        let found = found.or_else(|| stroke.section.filter(is_whole).map(|section| (section.place, stroke.way)));
+        if let Some((place, width)) = found {
             step.held = Some(HeldBody { body: index, place, width, resistance: 0.0, pull: 0.0 });
         }
     }
