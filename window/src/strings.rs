@@ -3,7 +3,8 @@
 use crate::app::{Latency, PointerLatency, START_STAGES, StartStage, StartTimes};
 use crate::opening::Remedy;
 use crate::tools::ToolStrength;
-use pliant_editor::{LengthUnit, Substance};
+use pliant_editor::{Gesture, LengthUnit, Substance};
+use pliant_engine::session::EventKind;
 use std::fmt::Display;
 use std::path::Path;
 
@@ -64,6 +65,26 @@ pub const SPLIT_HINT: &str =
 pub const HISTORY_SPLIT: &str = "split";
 /// Name of a body that was split off.
 pub const SPLIT_OFF: &str = "part";
+/// What has happened in the session, for people: what to do first, where there is something, then what the engine says.
+pub fn news(kind: EventKind, text: &str) -> String {
+    let advice = match kind {
+        EventKind::GripLost => {
+            "The hand let go, for it pulled with more than it can. Draw more slowly, or make the material softer."
+        }
+        EventKind::CutRefused => "A part of the line could not be cut. Draw it again, a little beside.",
+        EventKind::CutHeld => "The cut has not parted the model. Draw the line again.",
+        // It comes in many steps, each with numbers of its own.
+        EventKind::NotConverged => {
+            return "A step was not solved to its tolerance, so what moves may be a little off. A softer material or a longer step helps.".to_owned();
+        }
+        _ => return text.to_owned(),
+    };
+    format!("{advice} ({text})")
+}
+
+/// After the first cut that was mirrored.
+pub const MIRRORED_CUT: &str = "The cut was made on both sides. The faces and vertices that it has added have no mirror images: strokes on both sides move them nearly \
+    alike, and all others exactly alike.";
 /// Where the pointer is over no body.
 pub const NOTHING_TO_SPLIT: &str = "Point at the part that is to become a body of its own.";
 /// Heading of the sculpt layers.
@@ -342,9 +363,75 @@ pub const CANCEL: &str = "Cancel";
 pub const BROWSE: &str = "Browse...";
 /// Label of the field of a file's path.
 pub const PATH: &str = "File";
-/// Keys, for the help at the lower edge.
-pub const KEYS: &str = "Left: tool, beside the model turn   Middle: turn   Shift+middle or right: move   Wheel: nearer, in a stroke deeper   \
-    F: focus   Home: all   G: grow   H: shrink   M: pin   P: paint   S: stitch   B: split off   [ ]: size   - =: strength   W: wireframe   , .: softer, stiffer   X, Y, Z: symmetry   Arrows, Space: pointer without a mouse   Ctrl+Z, Ctrl+Y: undo, redo";
+/// Button of the list of keys.
+pub const KEYS_BUTTON: &str = "Keys (F1)";
+/// Keys of the keyboard and buttons of the mouse with what they do, in groups. Tools have their keys beside them.
+pub const KEYS: [(&str, &[(&str, &str)]); 4] = [
+    (
+        "Look around",
+        &[
+            ("Middle button", "turns the model"),
+            ("Left button beside it", "turns it too"),
+            ("Right button", "moves it; so does Shift and the middle one"),
+            ("Wheel", "comes nearer to what is under the pointer"),
+            ("F", "turns about what is under the pointer from now on"),
+            ("Home", "shows all of the model"),
+            ("W", "edges of the faces: over the model, alone, off"),
+            ("O", "with or without perspective"),
+        ],
+    ),
+    (
+        "Work",
+        &[
+            ("Left button on the model", "the tool acts, until you let go"),
+            ("1 to 0, and letters", "choose a tool: they stand beside it on the left"),
+            ("Wheel in a stroke", "deeper, or nearer with what is held"),
+            ("Shift", "smooths, whatever the tool"),
+            ("Ctrl", "the opposite: deflates, shrinks, unpins, paints less"),
+            ("[  ]", "smaller and larger tool"),
+            ("-  =", "weaker and stronger"),
+            (",  .", "softer and stiffer material, also while you hold it"),
+            ("X  Y  Z", "strokes on both sides, along that axis"),
+            ("K", "keeps the shape of a stroke, or lets it spring back"),
+            ("B", "makes the part under the pointer a body of its own, after a cut"),
+        ],
+    ),
+    (
+        "Undo and files",
+        &[
+            ("Ctrl+Z", "takes the last stroke back"),
+            ("Ctrl+Y, or Ctrl+Shift+Z", "makes it again"),
+            ("Ctrl+S", "saves the model; nothing else writes it"),
+            ("Ctrl+Shift+S", "saves it under another name"),
+            ("Ctrl+O", "opens another one"),
+            ("Ctrl+E", "exports GLB or STL"),
+            ("Ctrl+Alt+S", "saves the session, as a scene to run again"),
+            ("F12", "saves a picture"),
+            ("Ctrl+Q", "quits"),
+        ],
+    ),
+    (
+        "Without a mouse",
+        &[
+            ("Arrows, faster with Shift", "move the pointer over the picture"),
+            ("Space", "takes hold, and lets go"),
+            ("Page up, Page down", "deeper in a stroke, nearer otherwise"),
+            ("Alt and arrows", "turn the view"),
+            ("Tab, Escape", "go through the controls, and back to the picture"),
+        ],
+    ),
+];
+
+/// What the tool of this name does with the pointer, in a line. `inverse`: the tool that it is with Ctrl.
+pub fn tool_hint(name: &str, gesture: Gesture, inverse: Option<&str>) -> String {
+    let how = match gesture {
+        Gesture::Press => "hold the left button on the model and draw; the wheel goes deeper, Shift smooths",
+        Gesture::Drag => "hold the left button on the model and draw it out; the wheel brings it nearer",
+        Gesture::Slice => "draw a line from beside the model to beside it, and let go",
+    };
+    let opposite = inverse.map_or_else(String::new, |inverse| format!(", Ctrl: {inverse}"));
+    format!("{name}: {how}{opposite}. Beside the model the left button turns it. Ctrl+Z takes a stroke back.")
+}
 
 /// A question about a session that has ended without closing.
 pub fn recovery(path: &std::path::Path) -> String {
@@ -409,9 +496,19 @@ pub fn stiffness_changes(now: f64, wanted: f64, young: Option<f64>, slew: Option
     format!("Stiffness {}, going to {}{slowed}", value(now), value(wanted))
 }
 
+/// Heading of the question for the unit of a file.
+pub const UNIT_HEADING: &str = "How large is it?";
+
 /// The question for the unit of a file, whose longest edge has so many units.
 pub fn unit_question(extent: f64) -> String {
-    format!("OBJ files say no unit. The longest edge of this model has {extent:.3} units. How large is it?")
+    format!(
+        "OBJ files say no unit, and forces and stiffness depend on the size. The longest edge of this model has {extent:.3} units. Choose what it is:"
+    )
+}
+
+/// An answer to the question, which was guessed when the model was opened.
+pub fn as_shown(answer: &str) -> String {
+    format!("{answer}, as guessed")
 }
 
 /// What the model is drawn beside, and how long that is.

@@ -124,6 +124,11 @@ impl HandControl {
         self.stroke.as_mut().map(|stroke| &mut stroke.path)
     }
 
+    /// How the pointer moves the hand in the stroke under way.
+    pub fn gesture(&self) -> Option<Gesture> {
+        self.stroke.as_ref().map(|stroke| stroke.path.gesture())
+    }
+
     /// Whether a stroke is under way.
     pub fn is_busy(&self) -> bool {
         self.stroke.is_some() || self.device_hand.as_ref().is_some_and(DeviceHand::is_busy)

@@ -499,6 +499,33 @@ fn a_stroke_is_made_by_keys_alone() {
     wait(&mut harness, "the stiffness of before", |app| (app.status().stiffness.now - 1.0).abs() < 1e-6);
 }
 
+#[test]
+fn the_list_of_keys_is_on_screen_until_it_is_closed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(&ball(folder.path()));
+    wait(&mut harness, "the model", App::is_open);
+    let shown = |harness: &mut Harness<'_, App>, is_shown: bool| {
+        harness.run_steps(4);
+        for (heading, keys) in strings::KEYS {
+            let found = harness.query_by_label(heading).map(|node| node.rect());
+            assert_eq!(found.is_some(), is_shown, "{heading}");
+            let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1200.0, 800.0));
+            assert!(found.is_none_or(|rect| screen.contains_rect(rect)), "{heading} at {found:?}");
+            let effects = keys.iter().filter(|(_, effect)| harness.query_by_label(effect).is_some()).count();
+            assert_eq!(effects, if is_shown { keys.len() } else { 0 }, "{heading}");
+        }
+    };
+    shown(&mut harness, false);
+    harness.key_press(Key::F1);
+    shown(&mut harness, true);
+    harness.key_press(Key::Escape);
+    shown(&mut harness, false);
+    harness.get_by_label(strings::KEYS_BUTTON).click();
+    shown(&mut harness, true);
+    harness.get_by_label("Close").click();
+    shown(&mut harness, false);
+}
+
 /// What can be clicked has a name that screen readers say.
 #[test]
 fn every_control_has_a_name() {

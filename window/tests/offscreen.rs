@@ -271,6 +271,29 @@ fn patches_change_places_and_looks_and_the_inside_is_marked() {
     assert_eq!(count(&offscreen.draw(&scene(&camera))), 0.0);
 }
 
+/// A sheet has two good sides: seen from behind it has the tones that its mirror image has from the front, with smooth shading and with facets.
+#[test]
+fn the_back_of_a_sheet_is_lit_as_its_front() {
+    let mut offscreen = Offscreen::new();
+    // A roof with faces to the left and to the right, its upper side towards the viewer or away.
+    let roof = |faces: &str| {
+        let text = format!("v -1 -1 0\nv 0 -1 0.7\nv 1 -1 0\nv 1 1 0\nv 0 1 0.7\nv -1 1 0\n{faces}");
+        surface(ObjDocument::parse(text.into(), std::path::Path::new("roof.obj")).unwrap())
+    };
+    let [front, back] = ["f 1 2 5 6\nf 2 3 4 5\n", "f 6 5 2 1\nf 5 4 3 2\n"].map(roof);
+    for shading in Shading::ALL {
+        let [seen, behind] = [&front, &back].map(|sheet| {
+            offscreen.renderer.clear();
+            offscreen.renderer.upload(&Upload::whole(0, sheet));
+            offscreen.draw(&Scene { shading, mark_backs: false, ..scene(&camera()) })
+        });
+        let apart = |a: &[u8; 3], b: &[u8; 3]| (0..3).map(|c| a[c].abs_diff(b[c])).max();
+        let most = seen.iter().zip(&behind).filter_map(|(a, b)| apart(a, b)).max();
+        assert!(most.is_some_and(|most| most <= 2), "{shading:?}: {most:?} of 255");
+        assert!(seen.iter().filter(|pixel| !is_background(pixel)).count() > 10_000);
+    }
+}
+
 /// An image of four colours behind a ball: it stands upright, the ball hides its middle, and half an opacity lets the background through.
 #[test]
 fn a_reference_image_stands_upright_behind_the_model() {

@@ -38,9 +38,6 @@ pub(super) enum Question {
     Recover(Abandoned),
 }
 
-/// Width of the list of messages, points.
-const MESSAGES_WIDTH: f32 = 560.0;
-
 const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
 const SAVE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
 const SAVE_AS: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S);
@@ -51,6 +48,7 @@ const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z)
 const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
 const REDO_TOO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Y);
 const PICTURE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F12);
+const KEYS: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F1);
 
 impl App {
     pub(super) fn menu(&mut self, ui: &mut egui::Ui) {
@@ -89,6 +87,7 @@ impl App {
                         ui.ctx().send_viewport_cmd(ViewportCommand::Close);
                     }
                 });
+                self.undo_buttons(ui);
                 ui.separator();
                 let name = self.request.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 ui.label(format!("{name}{}", if self.is_unsaved() { " *" } else { "" }));
@@ -102,31 +101,19 @@ impl App {
         });
     }
 
-    pub(super) fn status_bar(&mut self, ui: &mut egui::Ui) {
-        egui::Panel::bottom("status").show(ui, |ui| {
-            ui.horizontal(|ui| {
-                self.message_list(ui);
-                let last = self.messages.last().map_or("", |(_, message)| message.as_str());
-                ui.add(egui::Label::new(last.lines().next().unwrap_or_default()).truncate()).on_hover_text(last);
-            });
-            ui.small(strings::KEYS);
-        });
-    }
-
-    /// A button that shows all messages, whole, the newest first.
-    fn message_list(&mut self, ui: &mut egui::Ui) {
-        ui.menu_button(strings::messages(self.messages.len()), |ui| {
-            ui.set_max_width(MESSAGES_WIDTH);
-            egui::ScrollArea::vertical().max_height(0.5 * ui.ctx().content_rect().height()).show(ui, |ui| {
-                if self.messages.is_empty() {
-                    ui.label(strings::NO_MESSAGES);
-                }
-                for (when, message) in self.messages.iter().rev() {
-                    ui.small(strings::ago(when.elapsed()));
-                    ui.label(message);
-                }
-            });
-        });
+    /// Buttons that take strokes back and make them again.
+    fn undo_buttons(&mut self, ui: &mut egui::Ui) {
+        let (done, undone) = (self.status.done, self.status.strokes.len() - self.status.done);
+        let button = |ui: &mut egui::Ui, text: &str, keys: &KeyboardShortcut, enabled: bool| {
+            let keys = ui.ctx().format_shortcut(keys);
+            ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(keys).clicked()
+        };
+        if button(ui, strings::UNDO, &UNDO, done > 0) {
+            self.undo();
+        }
+        if button(ui, strings::REDO, &REDO_TOO, undone > 0) {
+            self.redo();
+        }
     }
 
     /// Takes the last stroke back.
@@ -169,6 +156,9 @@ impl App {
         }
         if pressed(&PICTURE) && self.model.is_some() {
             self.save_picture();
+        }
+        if pressed(&KEYS) {
+            self.shows_keys = !self.shows_keys;
         }
         if pressed(&QUIT) {
             context.send_viewport_cmd(ViewportCommand::Close);
@@ -253,7 +243,7 @@ impl App {
     pub(super) fn windows(&mut self, context: &egui::Context) {
         self.file_window(context);
         self.question_window(context);
-        self.unit_window(context);
+        self.key_window(context);
         let mut is_closed = false;
         if let Some(error) = &self.error {
             egui::Window::new("error").title_bar(false).anchor(egui::Align2::CENTER_CENTER, [0.0; 2]).show(

@@ -119,13 +119,35 @@ impl ForcePlot {
 }
 
 impl App {
-    pub(super) fn gauge_panel(&mut self, ui: &mut egui::Ui) {
+    /// The force on the hand, and what to do where the simulation is slower than time.
+    pub(super) fn force_panel(&mut self, ui: &mut egui::Ui) {
         let gauges = self.status.gauges;
-        ui.heading(strings::GAUGES);
         let force = self.model.as_ref().and_then(super::model::Model::tool).map_or(0.0, |tool| tool.force.norm());
         let limit = self.model.as_ref().map_or(0.0, |model| model.facts.hand.peak_force);
         ui.label(strings::force_of(&format_force(force), &format_force(limit)));
         self.force.show(ui);
+        let warn = |ui: &mut egui::Ui, text: String| ui.colored_label(Color32::from_rgb(240, 90, 80), text);
+        if self.model.is_none() || !gauges.is_slow() {
+            return;
+        }
+        if gauges.is_held_up() {
+            warn(ui, strings::held_up(gauges.real_time_factor));
+            return;
+        }
+        let taken_as = self.model.as_ref().and_then(|model| model.facts.taken_as);
+        warn(ui, strings::slow(gauges.real_time_factor, taken_as));
+        if let Some(remedy) = self.request.remedy(taken_as)
+            && ui.button(strings::remedy(remedy)).clicked()
+        {
+            self.request.take_remedy(remedy);
+            self.reopen();
+        }
+    }
+
+    /// Times of the loops, and how much is simulated.
+    pub(super) fn gauge_panel(&mut self, ui: &mut egui::Ui) {
+        let gauges = self.status.gauges;
+        ui.heading(strings::GAUGES);
         let ms = strings::milliseconds;
         egui::Grid::new("gauges").num_columns(2).show(ui, |ui| {
             let mut row = |name: &str, value: String| {
@@ -145,21 +167,5 @@ impl App {
             }
             row(strings::TO_SCREEN, strings::latency(&self.latency.motions()));
         });
-        let warn = |ui: &mut egui::Ui, text: String| ui.colored_label(Color32::from_rgb(240, 90, 80), text);
-        if self.model.is_none() || !gauges.is_slow() {
-            return;
-        }
-        if gauges.is_held_up() {
-            warn(ui, strings::held_up(gauges.real_time_factor));
-            return;
-        }
-        let taken_as = self.model.as_ref().and_then(|model| model.facts.taken_as);
-        warn(ui, strings::slow(gauges.real_time_factor, taken_as));
-        if let Some(remedy) = self.request.remedy(taken_as)
-            && ui.button(strings::remedy(remedy)).clicked()
-        {
-            self.request.take_remedy(remedy);
-            self.reopen();
-        }
     }
 }

@@ -62,7 +62,7 @@ impl ScriptedStrokes {
         let (s, c) = (phase * std::f64::consts::TAU / STROKE).sin_cos();
         let ray = pointer_ray(camera.ray([CIRCLE * c, CIRCLE * s], 1.0));
         let reach = 2.0 * (camera.distance + camera.scene_radius);
-        let hit = model.pick(&ray, reach).map(|hit| hit.at);
+        let hit = model.pick(&ray, reach).map(|picked| picked.hit.at);
         if phase < STROKE {
             if model.hand.is_busy() {
                 model.hand.follow(ray, hit);

@@ -11,6 +11,7 @@ mod measure;
 mod model;
 mod panels;
 mod reference_panel;
+mod status_bar;
 mod timings;
 mod unit_question;
 mod viewport;
@@ -43,7 +44,7 @@ use pliant_engine::body::Axes;
 use reference_panel::Reference;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// A renderer that a picture's callback can use.
@@ -93,6 +94,8 @@ impl Default for ViewSettings {
     }
 }
 
+/// Time in which a message that comes again is the same one: a stroke that is refused is so in many of its steps.
+const SAME_MESSAGE: Duration = Duration::from_secs(5);
 /// Factors of the stiffness that may be asked for while a model is open.
 const STIFFNESS_FACTORS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
@@ -128,6 +131,8 @@ pub struct App {
     question: Option<Question>,
     /// Whether the unit of the model is asked for.
     asks_unit: bool,
+    /// Whether the list of keys is shown.
+    shows_keys: bool,
     error: Option<String>,
     /// What happened, and when.
     messages: Vec<(Instant, String)>,
@@ -193,6 +198,7 @@ impl App {
             dialog: None,
             question: None,
             asks_unit: false,
+            shows_keys: false,
             error: None,
             messages: Vec::new(),
             devices: None,
@@ -336,9 +342,12 @@ impl App {
         self.view
     }
 
-    /// Shows a message for a while.
+    /// Shows a message for a while. One that is shown already is shown longer.
     fn tell(&mut self, text: String) {
-        self.messages.push((Instant::now(), text));
+        match self.messages.last_mut() {
+            Some((when, last)) if *last == text && when.elapsed() < SAME_MESSAGE => *when = Instant::now(),
+            _ => self.messages.push((Instant::now(), text)),
+        }
     }
 
     fn fail(&mut self, text: String) {

@@ -15,7 +15,7 @@ use crate::view::overlay::round_length;
 use eframe::egui;
 use nalgebra::{Point3, Vector3};
 use pliant_editor::surface::{Hit, Picker, ViewSurface};
-use pliant_editor::{DeviceHand, PointerRay};
+use pliant_editor::{DeviceHand, PointerRay, SurfacePoint};
 use pliant_engine::body::Axes;
 use pliant_engine::session::ToolFrame;
 use pliant_live::{BladeEdgeView, ContactPoint, PointerHandle, ViewReader};
@@ -41,8 +41,14 @@ pub(super) struct Model {
     has_edges: bool,
     /// When edges were listed last.
     edges_listed: Option<Instant>,
+    /// Edges that cuts have made: the body, and mesh vertices at their ends.
+    cut_edges: Vec<(usize, [u32; 2])>,
     /// m, least and greatest coordinates of all bodies when they were opened
     opened_bounds: [Vector3<f64>; 2],
+    /// What was met where the stroke under way began.
+    pub(super) held: Option<Picked>,
+    /// Whether a cut was mirrored, of which people were told.
+    pub(super) has_mirrored_cut: bool,
     /// Until the materials are there.
     materials: Option<MaterialLoad>,
     pub(super) uploads: Vec<Upload>,
@@ -50,6 +56,14 @@ pub(super) struct Model {
     pub(super) is_new: bool,
     /// Lives as long as the model.
     _waker: Waker,
+}
+
+/// What a ray meets first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Picked {
+    /// Index of the body among the surfaces that are drawn.
+    body: usize,
+    pub(super) hit: Hit,
 }
 
 /// Vertices and triangles that a picker has not been told of.
@@ -61,6 +75,10 @@ struct Untold {
 
 /// Time between two looks for a new frame: a quarter of the time between frames.
 const POLL: Duration = Duration::from_millis(4);
+/// Distance of lines on the surface from it towards the viewer, as a share of that of the camera.
+const CUT_LINE_OFFSET: f64 = 1.5e-3;
+/// Colour of the edges of a cut.
+const CUT_LINE: [f32; 4] = [0.45, 0.06, 0.05, 0.9];
 /// Shortest time between two lists of edges while a cut goes on.
 const EDGE_PERIOD: Duration = Duration::from_millis(250);
 
@@ -98,7 +116,10 @@ impl Model {
             pickers,
             has_edges: false,
             edges_listed: None,
+            cut_edges: Vec::new(),
             opened_bounds,
+            held: None,
+            has_mirrored_cut: false,
             materials,
             uploads,
             is_new: true,
@@ -119,6 +140,7 @@ impl Model {
             let patches = self.reader.take_patches();
             let [moving, standing] = self.opened;
             self.follow_splits();
+            let mut has_cut = false;
             let frame = self.reader.frame();
             for (index, shown) in frame.bodies.iter().enumerate() {
                 let body = if index < moving { index } else { index + standing };
@@ -133,7 +155,14 @@ impl Model {
                 untold.moved.extend_from_slice(&changes.moved);
                 let changed = changes.triangles.iter().flat_map(|range| range.clone().map(|t| t as u32));
                 untold.triangles.extend(changed);
-                self.has_edges &= changes.triangles.is_empty();
+                has_cut |= !changes.triangles.is_empty();
+            }
+            if has_cut {
+                self.has_edges = false;
+                let each = self.surfaces.iter().enumerate();
+                let edges =
+                    each.flat_map(|(body, surface)| surface.cut_edges().into_iter().map(move |ends| (body, ends)));
+                self.cut_edges = edges.collect();
             }
         }
         // The hand follows the surface as it was when the stroke began, not the dent that it makes.
@@ -182,9 +211,7 @@ impl Model {
     /// The body and triangle that a ray meets first, as the session numbers them; `None` where it meets nothing that moves.
     pub(super) fn pick_body(&mut self, ray: &PointerRay, reach: f64) -> Option<(u32, u32)> {
         let [moving, standing] = self.opened;
-        let each = self.pickers.iter_mut().zip(&self.surfaces).enumerate();
-        let hits = each.filter_map(|(body, (picker, surface))| Some((body, picker.pick(surface, ray, reach)?)));
-        let (body, hit) = hits.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
+        let Picked { body, hit } = self.pick(ray, reach)?;
         let stands = (moving..moving + standing).contains(&body);
         let body = if body < moving { body } else { body - standing };
         (!stands).then_some((body as u32, hit.triangle))
@@ -211,10 +238,16 @@ impl Model {
         problems
     }
 
-    /// What a ray meets first.
-    pub(super) fn pick(&mut self, ray: &PointerRay, reach: f64) -> Option<Hit> {
-        let hits = self.pickers.iter_mut().zip(&self.surfaces).filter_map(|(p, surface)| p.pick(surface, ray, reach));
-        hits.min_by(|a, b| a.distance.total_cmp(&b.distance))
+    /// What a ray meets first; in a stroke on the surface as it was when the stroke began.
+    pub(super) fn pick(&mut self, ray: &PointerRay, reach: f64) -> Option<Picked> {
+        let each = self.pickers.iter_mut().zip(&self.surfaces).enumerate();
+        let hits = each.filter_map(|(body, (picker, s))| Some(Picked { body, hit: picker.pick(s, ray, reach)? }));
+        hits.min_by(|a, b| a.hit.distance.total_cmp(&b.hit.distance))
+    }
+
+    /// Where the point of the surface that was met is in the newest frame; `None` once it has been cut away.
+    pub(super) fn present(&self, picked: &Picked) -> Option<SurfacePoint> {
+        self.surfaces.get(picked.body)?.point_at(picked.hit.triangle, &picked.hit.weights)
     }
 
     /// The tool of the newest frame.
@@ -258,12 +291,13 @@ impl Model {
         self.opened_bounds
     }
 
-    /// The grid on the ground and the simulated cells.
+    /// The grid on the ground, edges of cuts and the simulated cells.
     pub(super) fn lines(&self, view: ViewSettings, camera: &Camera) -> Vec<Line> {
         let mut lines = Vec::new();
         if view.ground {
             self.ground(camera, &mut lines);
         }
+        self.cut_lines(camera, &mut lines);
         if view.cells {
             for corners in &self.reader.frame().cells {
                 // Corner i has the bits of i as its x, y and z.
@@ -273,6 +307,19 @@ impl Model {
             }
         }
         lines
+    }
+
+    /// Edges that cuts have made, without which a cut that has not opened would not be seen.
+    fn cut_lines(&self, camera: &Camera, lines: &mut Vec<Line>) {
+        let nearer = CUT_LINE_OFFSET * camera.distance * camera.axes()[2];
+        for (body, ends) in &self.cut_edges {
+            let Some(surface) = self.surfaces.get(*body) else { continue };
+            let place = |vertex: u32| surface.positions().get(vertex as usize).map(|p| Vector3::from(p.map(f64::from)));
+            if let [Some(a), Some(b)] = ends.map(place) {
+                let ends = [a, b].map(|place| (surface.origin + place + nearer).map(|c| c as f32).into());
+                lines.push(Line { ends, colour: CUT_LINE });
+            }
+        }
     }
 
     fn ground(&self, camera: &Camera, lines: &mut Vec<Line>) {

@@ -28,20 +28,23 @@ impl App {
         });
     }
 
-    /// Warnings, gauges, material, layers and history.
+    /// The question for the unit, warnings, the force, material, layers, history and gauges.
     pub(super) fn right_panel(&mut self, ui: &mut egui::Ui) {
         let width = panel_width(ui, 280.0);
         egui::Panel::right("model").exact_size(width).resizable(false).show(ui, |ui| {
             egui::ScrollArea::both().show(ui, |ui| {
                 shrink_controls(ui, width);
+                self.unit_question(ui);
                 self.warning_panel(ui);
-                self.gauge_panel(ui);
+                self.force_panel(ui);
                 ui.separator();
                 self.material_panel(ui);
                 ui.separator();
                 self.layer_panel(ui);
                 ui.separator();
                 self.history_panel(ui);
+                ui.separator();
+                self.gauge_panel(ui);
             });
         });
     }
@@ -76,7 +79,9 @@ impl App {
             ui.label(strings::SYMMETRY);
             for (is_on, axis) in self.settings.symmetry.iter_mut().zip(strings::AXES) {
                 let name = strings::mirror_along(axis);
-                let response = ui.toggle_value(is_on, axis).on_hover_text(&name);
+                let button = egui::Button::selectable(*is_on, axis).frame_when_inactive(true);
+                let response = ui.add(button).on_hover_text(&name);
+                *is_on ^= response.clicked();
                 let role = egui::Role::Button;
                 response.widget_info(|| egui::WidgetInfo::selected(role, true, *is_on, &name));
             }
@@ -133,7 +138,7 @@ impl App {
                 ui.selectable_value(&mut self.settings.painted, place, strings::painted(param));
             }
         });
-        ui.small(strings::PAINT_HINT);
+        ui.weak(strings::PAINT_HINT);
     }
 
     /// Takes another tool, between two strokes.
@@ -226,7 +231,7 @@ impl App {
             request.substance = Some(substance);
         }
         if !facts.is_tetrahedral {
-            ui.small(strings::substance_reason(seen.openings, seen.substance == Substance::Sheet));
+            ui.weak(strings::substance_reason(seen.openings, seen.substance == Substance::Sheet));
             ui.checkbox(&mut request.subdivide, strings::SUBDIVIDE).on_hover_text(strings::SUBDIVIDE_HINT);
         }
         match substance {
@@ -332,31 +337,24 @@ impl App {
     fn history_panel(&mut self, ui: &mut egui::Ui) {
         ui.heading(strings::HISTORY);
         let done = self.status.done;
-        ui.horizontal(|ui| {
-            if ui.add_enabled(done > 0, egui::Button::new(strings::UNDO)).clicked() {
-                self.undo();
+        let mut wanted = None;
+        egui::ScrollArea::vertical().max_height(HISTORY_HEIGHT).stick_to_bottom(true).show(ui, |ui| {
+            if ui.selectable_label(done == 0, strings::AS_OPENED).clicked() {
+                wanted = Some(0);
             }
-            let undone = self.status.strokes.len() - done;
-            if ui.add_enabled(undone > 0, egui::Button::new(strings::REDO)).clicked() {
-                self.redo();
+            let strokes = &self.status.strokes;
+            for (place, stroke) in strokes.iter().enumerate() {
+                // A stroke of the pointer is one line, however many it is of the session.
+                if strokes.get(place + 1).is_some_and(|next| next.number == stroke.number) {
+                    continue;
+                }
+                let text = strings::stroke(stroke.number, stroke.name, stroke.time);
+                let text = if place < done { egui::RichText::new(text) } else { egui::RichText::new(text).weak() };
+                if ui.selectable_label(place + 1 == done, text).clicked() {
+                    wanted = Some(place + 1);
+                }
             }
         });
-        let mut wanted = None;
-        if ui.selectable_label(done == 0, strings::AS_OPENED).clicked() {
-            wanted = Some(0);
-        }
-        let strokes = &self.status.strokes;
-        for (place, stroke) in strokes.iter().enumerate() {
-            // A stroke of the pointer is one line, however many it is of the session.
-            if strokes.get(place + 1).is_some_and(|next| next.number == stroke.number) {
-                continue;
-            }
-            let text = strings::stroke(stroke.number, stroke.name, stroke.time);
-            let text = if place < done { egui::RichText::new(text) } else { egui::RichText::new(text).weak() };
-            if ui.selectable_label(place + 1 == done, text).clicked() {
-                wanted = Some(place + 1);
-            }
-        }
         if let Some(count) = wanted {
             self.follows_stiffness = true;
             self.send(Command::JumpTo(count));
@@ -369,6 +367,8 @@ fn panel_width(ui: &egui::Ui, usual: f32) -> f32 {
     usual.min(PANEL_SHARE * ui.ctx().content_rect().width())
 }
 
+/// Largest height of the list of strokes, points.
+const HISTORY_HEIGHT: f32 = 190.0;
 /// Largest share of the width of the window that a panel takes.
 const PANEL_SHARE: f32 = 0.32;
 /// Points of a panel that the name and the number of a slider take.
@@ -394,7 +394,7 @@ fn solid_controls(ui: &mut egui::Ui, request: &mut OpenRequest, has_grid: bool) 
     });
     let stiffness = Slider::new(&mut solid.young, 1e3..=1e7).logarithmic(true).suffix(strings::PASCAL);
     ui.add(stiffness.max_decimals(0).text(strings::STIFFNESS)).on_hover_text(strings::STIFFNESS_HINT);
-    ui.small(stiffness_word(solid.young));
+    ui.weak(stiffness_word(solid.young));
     ui.add(
         Slider::new(&mut solid.density, 10.0..=3000.0)
             .logarithmic(true)

@@ -4,15 +4,18 @@ use super::App;
 use super::panels::unit_text;
 use crate::opening::ModelFacts;
 use crate::strings;
-use eframe::egui::{self, Align2, Color32, FontId, Rect, Sense, Stroke, pos2, vec2};
+use eframe::egui::{self, Align2, Color32, FontId, Rect, RichText, Sense, Stroke, pos2, vec2};
 use pliant_editor::LengthUnit;
 
 /// Length of a hand from wrist to fingertip, m (an adult's, DIN 33402-2).
 const HAND: f64 = 0.19;
-/// Size of the preview, points.
-const PREVIEW: [f32; 2] = [300.0, 84.0];
-/// Longest bar of the preview, points.
-const LONGEST: f64 = 280.0;
+/// Height of the preview, points.
+const PREVIEW: f32 = 84.0;
+/// Share of its width that the longer bar takes.
+const LONGER: f64 = 0.94;
+
+/// Colour of the heading.
+const ASKING: Color32 = Color32::from_rgb(240, 170, 40);
 
 impl App {
     /// Whether the unit of a model that has just been opened is to be asked for: it was neither given nor is there only one with which the model has
@@ -27,29 +30,28 @@ impl App {
         self.asks_unit
     }
 
-    /// Asks for the unit, with the model beside a hand for the unit under the pointer.
-    pub(super) fn unit_window(&mut self, context: &egui::Context) {
+    /// Asks for the unit, with the model beside a hand for the unit under the pointer: above the other panels, where it covers nothing of the picture.
+    pub(super) fn unit_question(&mut self, ui: &mut egui::Ui) {
         let facts = self.model.as_ref().filter(|_| self.asks_unit).map(|model| &model.facts);
         let Some((unit, size)) = facts.and_then(|facts| Some((facts.unit?, facts.hand.size))) else { return };
         let extent = size / unit.metres();
         let mut chosen = None;
-        let window = egui::Window::new("unit").title_bar(false).resizable(false);
-        // Beside the middle, where the model is.
-        window.anchor(Align2::LEFT_BOTTOM, vec2(246.0, -56.0)).show(context, |ui| {
-            ui.set_max_width(PREVIEW[0]);
-            ui.label(strings::unit_question(extent));
-            let mut previewed = unit;
-            for other in LengthUnit::ALL {
-                let button = ui.selectable_label(other == unit, unit_text(other, extent));
-                if button.hovered() || button.has_focus() {
-                    previewed = other;
-                }
-                if button.clicked() {
-                    chosen = Some(other);
-                }
+        ui.label(RichText::new(strings::UNIT_HEADING).heading().color(ASKING));
+        ui.label(strings::unit_question(extent));
+        let mut previewed = unit;
+        for other in LengthUnit::ALL {
+            let text = unit_text(other, extent);
+            let text = if other == unit { strings::as_shown(&text) } else { text };
+            let button = ui.button(text);
+            if button.hovered() || button.has_focus() {
+                previewed = other;
             }
-            preview(ui, extent * previewed.metres());
-        });
+            if button.clicked() {
+                chosen = Some(other);
+            }
+        }
+        preview(ui, extent * previewed.metres());
+        ui.separator();
         let Some(chosen) = chosen else { return };
         self.asks_unit = false;
         self.request.unit = Some(chosen);
@@ -61,8 +63,8 @@ impl App {
 
 /// The lengths of the model (m) and of a hand, one under the other and to scale.
 fn preview(ui: &mut egui::Ui, model: f64) {
-    let (response, painter) = ui.allocate_painter(PREVIEW.into(), Sense::hover());
-    let scale = LONGEST / model.max(HAND);
+    let (response, painter) = ui.allocate_painter(vec2(ui.available_width(), PREVIEW), Sense::hover());
+    let scale = LONGER * f64::from(response.rect.width()) / model.max(HAND);
     let colour = ui.visuals().text_color();
     let bar = |top: f32, length: f64, text: String, fill: Color32| {
         let corner = response.rect.left_top() + vec2(4.0, top);

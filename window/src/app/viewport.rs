@@ -4,6 +4,7 @@ use super::App;
 use super::gauges::remember;
 use super::key_pointer::KeyMotion;
 use super::measure::pointer_ray;
+use super::model::Picked;
 use crate::gl::{Channels, PixelArea, Scene, Stereo};
 use crate::sim::Command;
 use crate::strings;
@@ -14,8 +15,7 @@ use crate::view::{Eye, Projection};
 use eframe::egui::{self, Align2, Color32, FontId, Key, PointerButton, Sense, vec2};
 use eframe::egui_glow;
 use nalgebra::Point3;
-use pliant_editor::surface::Hit;
-use pliant_editor::{Gesture, PaintStroke, StrokeStart, Substance};
+use pliant_editor::{Gesture, PaintStroke, StrokeStart, Substance, SurfacePoint};
 use pliant_engine::body::mirrored;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -152,7 +152,7 @@ impl App {
         rect: egui::Rect,
         pointer: Option<egui::Pos2>,
         key_began: bool,
-    ) -> Option<Hit> {
+    ) -> Option<Picked> {
         let radius = self.tool_radius();
         let is_by_device = self.model.as_ref()?.hand.is_by_device();
         if is_by_device {
@@ -175,11 +175,15 @@ impl App {
         if model.hand.is_busy() {
             if is_down {
                 if let Some(ray) = ray {
-                    model.hand.follow(ray, hit.map(|hit| hit.at));
+                    model.hand.follow(ray, hit.map(|picked| picked.hit.at));
                 }
                 model.hand.advance(dt);
             } else if model.hand.finish(dt, model.tool().map(|tool| tool.hand), radius) {
                 self.log.event("stroke ends", &[("tool", tool.name().into())]);
+                if tool.kind.cuts() && self.settings.symmetry.contains(&true) && !model.has_mirrored_cut {
+                    model.has_mirrored_cut = true;
+                    self.messages.push((Instant::now(), strings::MIRRORED_CUT.to_owned()));
+                }
                 self.latency.release();
                 self.send(Command::EndStroke);
             }
@@ -216,7 +220,7 @@ impl App {
             let start = StrokeStart {
                 gesture: tool.gesture(),
                 ray: began_ray,
-                hit: began_hit.map(|hit| hit.at),
+                hit: began_hit.map(|picked| picked.hit.at),
                 back,
                 focus,
                 radius,
@@ -228,8 +232,9 @@ impl App {
             };
             if model.hand.begin(start, tool.buttons(self.settings.release, paint)) {
                 self.log.event("stroke begins", &[("tool", tool.name().into())]);
+                model.held = began_hit;
                 if let Some(ray) = ray {
-                    model.hand.follow(ray, hit.map(|hit| hit.at));
+                    model.hand.follow(ray, hit.map(|picked| picked.hit.at));
                 }
                 self.send(Command::BeginStroke(tool.name()));
                 if tool.gesture() != Gesture::Slice {
@@ -239,14 +244,14 @@ impl App {
             } else {
                 self.keys.let_go();
             }
-        } else if let (Some(hit), false) = (&hit, is_down) {
-            model.hand.hover(&hit.at, radius);
+        } else if let (Some(picked), false) = (&hit, is_down) {
+            model.hand.hover(&picked.hit.at, radius);
         }
         hit
     }
 
     /// Keys that change what is seen, or the tool.
-    fn view_keys(&mut self, ui: &egui::Ui, hit: Option<Hit>) {
+    fn view_keys(&mut self, ui: &egui::Ui, hit: Option<Picked>) {
         if ui.ctx().egui_wants_keyboard_input() {
             return;
         }
@@ -255,7 +260,7 @@ impl App {
         let presses = |key| ui.input(|input| if input.modifiers.is_none() { input.num_presses(key) as i32 } else { 0 });
         if pressed(Key::F) {
             match hit {
-                Some(hit) => self.camera.target = hit.at.point.into(),
+                Some(picked) => self.camera.target = picked.hit.at.point.into(),
                 None => self.frame_all(),
             }
         }
@@ -467,7 +472,7 @@ impl App {
         }
     }
 
-    fn paint_overlay(&mut self, ui: &egui::Ui, rect: egui::Rect, hit: Option<Hit>, pointer: Option<egui::Pos2>) {
+    fn paint_overlay(&mut self, ui: &egui::Ui, rect: egui::Rect, hit: Option<Picked>, pointer: Option<egui::Pos2>) {
         let painter = ui.painter().with_clip_rect(rect);
         let frame = Frame { rect, camera: &self.camera };
         let text = ui.visuals().text_color();
@@ -481,16 +486,16 @@ impl App {
                 let colour = if is_busy { Color32::from_rgb(255, 170, 40) } else { Color32::from_rgb(120, 210, 255) };
                 overlay::ring(&painter, frame, felt.proxy.into(), self.camera.axes()[2], radius, colour);
             }
-        } else if let (Some(hit), Some(_), false) = (hit, pointer, tool.gesture() == Gesture::Slice) {
+        } else if let (Some(at), false) = (self.ring_place(hit, pointer), tool.gesture() == Gesture::Slice) {
             let colour = if is_busy { Color32::from_rgb(255, 170, 40) } else { Color32::from_rgb(120, 210, 255) };
-            overlay::ring(&painter, frame, hit.at.point.into(), hit.at.normal, radius, colour);
+            overlay::ring(&painter, frame, at.point.into(), at.normal, radius, colour);
             if let Some(region) = tool.region() {
                 let faint = colour.gamma_multiply(0.35);
-                overlay::ring(&painter, frame, hit.at.point.into(), hit.at.normal, region * radius, faint);
+                overlay::ring(&painter, frame, at.point.into(), at.normal, region * radius, faint);
             }
             let symmetry = model.symmetry(self.settings.symmetry);
             for image in symmetry.images() {
-                let (point, normal) = (symmetry.point(hit.at.point, image), mirrored(hit.at.normal, image));
+                let (point, normal) = (symmetry.point(at.point, image), mirrored(at.normal, image));
                 overlay::ring(&painter, frame, point.into(), normal, radius, colour.gamma_multiply(0.6));
             }
         }
@@ -523,6 +528,16 @@ impl App {
 }
 
 impl App {
+    /// Where the ring of the tool lies. In a stroke it moves with the surface: with what is held, or with what the pointer was over.
+    fn ring_place(&self, hit: Option<Picked>, pointer: Option<egui::Pos2>) -> Option<SurfacePoint> {
+        let model = self.model.as_ref()?;
+        match model.hand.gesture() {
+            None => hit.filter(|_| pointer.is_some()).map(|picked| picked.hit.at),
+            Some(Gesture::Drag) => model.present(&model.held?),
+            Some(Gesture::Press | Gesture::Slice) => model.present(&hit?),
+        }
+    }
+
     /// The last messages over the picture, whole, in as many lines as they take.
     fn paint_messages(&self, painter: &egui::Painter, rect: egui::Rect) {
         let recent = self.messages.iter().rev().filter(|(when, text)| when.elapsed() < shown_for(text)).take(2);

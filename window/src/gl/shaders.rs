@@ -69,10 +69,10 @@ vec3 heat(float share) {
 void main() {
     vec3 facet = cross(dFdx(eye_place), dFdy(eye_place));
     vec3 towards = perspective ? normalize(-eye_place) : vec3(0.0, 0.0, 1.0);
-    vec3 n = shading == 4 || dot(eye_normal, eye_normal) < 0.01 ? facet : eye_normal;
-    n = normalize(n);
     bool inside = !gl_FrontFacing;
-    if (inside) n = -n;
+    // The normal of the triangle on the screen points to the viewer from either side.
+    bool is_flat = shading == 4 || dot(eye_normal, eye_normal) < 0.01;
+    vec3 n = normalize(is_flat ? facet : inside ? -eye_normal : eye_normal);
     vec3 base = vec3(0.74, 0.72, 0.69);
     // Outside of the branch, for it takes derivatives.
     int material = int(look);

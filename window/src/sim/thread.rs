@@ -227,8 +227,8 @@ fn work(
                 warnings: warnings.clone(),
             });
             let news = session.events.described().iter().skip(noticed).filter(|(kind, _)| is_news(*kind, has_device));
-            for (_, event) in news {
-                notifier.send(Notice::Message(event.text.clone()));
+            for (kind, event) in news {
+                notifier.send(Notice::Message(strings::news(*kind, &event.text)));
             }
             noticed = session.events.described().len();
         }
@@ -290,11 +290,15 @@ fn give_device(
     (Box::new(guided), Some(hand))
 }
 
-/// Whether people should hear of it. A pointer jumps and leaves as a hand does not, what is taken back is in the history, and substeps are in the times
-/// of the gauges. What keeps the force on a device safe is news where there is a device.
+/// Whether people should hear of it. A pointer jumps and leaves as a hand does not, what is taken back is in the history, and substeps and repeated steps
+/// are in the times of the gauges. What keeps the force on a device safe is news where there is a device.
 fn is_news(kind: EventKind, has_device: bool) -> bool {
     match kind {
-        EventKind::SpeedLimit | EventKind::SampleDropped | EventKind::History | EventKind::Substeps => false,
+        EventKind::SpeedLimit
+        | EventKind::SampleDropped
+        | EventKind::History
+        | EventKind::Substeps
+        | EventKind::RepeatedStep => false,
         EventKind::ForceSafety => has_device,
         _ => true,
     }
