@@ -1,0 +1,9 @@
+//! Whole drives: the program on a display of its own, moved by a mouse and a keyboard that the X server takes for real ones.
+
+mod cut;
+mod display;
+mod edit;
+mod models;
+mod recovery;
+mod start;
+mod window;

@@ -1,0 +1,133 @@
+//! The program under test, as its log tells what happens in it.
+
+use crate::display::{Display, PATIENCE};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+/// The program, and its log.
+pub struct Window {
+    pub program: Child,
+    log: PathBuf,
+    pub read: usize,
+}
+
+impl Window {
+    pub fn start(display: &Display, model: &Path) -> Self {
+        let log = model.with_extension("log");
+        // That of a program before would be taken for the log of this one.
+        let _ = std::fs::remove_file(&log);
+        let program = Command::new(env!("CARGO_BIN_EXE_pliant-window"))
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .args(["--antialias", "0", "--level", "5", "--autosave"])
+            .arg(model.with_file_name("autosave"))
+            .arg("--log")
+            .args([&log, model])
+            .spawn()
+            .expect("the program starts");
+        let mut window = Self { program, log, read: 0 };
+        window.wait("opened");
+        // There is no window manager to give it the keyboard.
+        display.focus();
+        // The first frame of the model.
+        std::thread::sleep(Duration::from_millis(500));
+        window
+    }
+
+    /// Waits for an event that has not been waited for yet, and gives it.
+    pub fn wait(&mut self, name: &str) -> Value {
+        let began = Instant::now();
+        loop {
+            let text = std::fs::read_to_string(&self.log).unwrap_or_default();
+            let complete = text.matches('\n').count();
+            for (place, line) in text.lines().take(complete).enumerate().skip(self.read) {
+                let event: Value = serde_json::from_str(line).unwrap();
+                assert_ne!(event["event"], "failed", "{line}");
+                if event["event"] == name {
+                    self.read = place + 1;
+                    return event;
+                }
+            }
+            if let Some(status) = self.program.try_wait().unwrap() {
+                panic!("waited for `{name}`, and the program ended with {status}:\n{text}");
+            }
+            assert!(began.elapsed() < PATIENCE, "waited for `{name}` in\n{text}");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Waits until so many strokes can be taken back and made again.
+    pub fn wait_for_history(&mut self, done: &str, undone: &str) {
+        loop {
+            let event = self.wait("history");
+            if event["done"] == done && event["undone"] == undone {
+                return;
+            }
+        }
+    }
+
+    /// Waits until a stroke that makes so many has ended. The picture may hear of the stroke before or after its end.
+    pub fn wait_for_stroke(&mut self, done: &str) {
+        let from = self.read;
+        self.wait("stroke ends");
+        let ended = std::mem::replace(&mut self.read, from);
+        self.wait_for_history(done, "0");
+        self.read = self.read.max(ended);
+    }
+
+    /// Number of messages so far that hold these words.
+    pub fn messages(&self, words: &str) -> usize {
+        let text = std::fs::read_to_string(&self.log).unwrap_or_default();
+        text.lines().filter(|line| line.contains(r#""event":"message""#) && line.contains(words)).count()
+    }
+
+    /// Saves until the model has come to rest, and gives the file. On a busy machine the simulation is slower than time.
+    pub fn save_at_rest(&mut self, display: &Display, model: &Path) -> Vec<u8> {
+        let began = Instant::now();
+        let mut before = self.save(display, model);
+        loop {
+            std::thread::sleep(Duration::from_millis(700));
+            let now = self.save(display, model);
+            if now == before {
+                return now;
+            }
+            assert!(began.elapsed() < PATIENCE, "the model does not come to rest");
+            before = now;
+        }
+    }
+
+    /// Saves, and gives the file.
+    pub fn save(&mut self, display: &Display, model: &Path) -> Vec<u8> {
+        display.key("ctrl+s");
+        self.wait("saved");
+        std::fs::read(model).unwrap()
+    }
+
+    pub fn close(mut self, display: &Display) {
+        display.key("ctrl+q");
+        let began = Instant::now();
+        while self.program.try_wait().unwrap().is_none() {
+            assert!(began.elapsed() < PATIENCE, "it does not close");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert!(self.program.wait().unwrap().success());
+    }
+}
+
+impl Drop for Window {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+/// The program beside the window, in a folder.
+pub fn pliant(folder: &Path) -> Command {
+    let path = Path::new(env!("CARGO_BIN_EXE_pliant-window")).with_file_name("pliant");
+    assert!(path.is_file(), "{} is not there: build the workspace first", path.display());
+    let mut command = Command::new(path);
+    command.current_dir(folder);
+    command
+}
