@@ -27,8 +27,10 @@ struct Stroke {
     time: f64,
     /// s, until the button is pressed
     arrival: f64,
-    /// s, since it was let go while the hand was still on its way
+    /// s, since it was let go while the hand was still on its way, or since that came nearer last
     finishing: f64,
+    /// m, the least distance of the hand from its place since then
+    least_lag: f64,
     /// Of a cut that was let go: s, until the blade has gone along the line.
     sweep: Option<f64>,
     /// Of a cut: where the blade waits for the line to be drawn.
@@ -43,8 +45,10 @@ const GLIDE: f64 = 1.0 / 60.0;
 const ARRIVAL: [f64; 2] = [0.008, 0.03];
 /// Radii of the tool within which a hand is near.
 const NEAR: f64 = 4.0;
-/// s, that a hand may still be on its way after a stroke was let go
+/// s, that a hand may stand still on its way after a stroke was let go; in slow motion it may take any time as long as it moves
 const LONGEST_FINISH: f64 = 5.0;
+/// Radii of the tool by which a hand has moved on.
+const MOVED_ON: f64 = 0.05;
 /// Radii of the tool at which a hand has arrived.
 const ARRIVED: f64 = 0.2;
 /// Speed of a blade along a drawn line, radii of the tool for a second: a new tool crosses a model in a second.
@@ -113,8 +117,17 @@ impl HandControl {
         let Some(mut path) = PointerStroke::begin(start) else { return false };
         let way = self.place.map_or(f64::INFINITY, |place| (path.advance(0.0).position - place.position).norm());
         let arrival = ARRIVAL[usize::from(way > NEAR * start.radius)];
-        self.stroke =
-            Some(Stroke { path, buttons, time: 0.0, arrival, finishing: 0.0, sweep: None, start: None, end: None });
+        self.stroke = Some(Stroke {
+            path,
+            buttons,
+            time: 0.0,
+            arrival,
+            finishing: 0.0,
+            least_lag: f64::INFINITY,
+            sweep: None,
+            start: None,
+            end: None,
+        });
         self.advance(0.0);
         true
     }
@@ -182,9 +195,12 @@ impl HandControl {
             *left -= dt;
             return false;
         }
+        let lag = hand.zip(self.place).map_or(0.0, |(hand, place)| (hand - place.position).norm());
+        if lag < stroke.least_lag - MOVED_ON * radius {
+            (stroke.least_lag, stroke.finishing) = (lag, 0.0);
+        }
         stroke.finishing += dt;
         let is_late = stroke.finishing > LONGEST_FINISH;
-        let lag = hand.zip(self.place).map_or(0.0, |(hand, place)| (hand - place.position).norm());
         if lag > ARRIVED * radius && !is_late {
             return false;
         }

@@ -551,8 +551,6 @@ fn a_line_that_is_drawn_within_one_frame_cuts_and_turns_no_view() {
     let path = ball(folder.path());
     let mut harness = window_with(arguments(&path));
     wait(&mut harness, "the model", App::is_open);
-    harness.key_press(Key::Num3);
-    harness.run_steps(2);
     let view = *harness.state().camera();
     let [from, to] = [MIDDLE - egui::vec2(0.0, 330.0), MIDDLE + egui::vec2(0.0, 330.0)];
     let button = |pos, pressed| egui::Event::PointerButton {
@@ -562,10 +560,20 @@ fn a_line_that_is_drawn_within_one_frame_cuts_and_turns_no_view() {
         modifiers: Modifiers::NONE,
     };
     let events = &mut harness.input_mut().events;
+    // The key of the knife comes in the same frame.
+    let key = |pressed| egui::Event::Key {
+        key: Key::Num3,
+        physical_key: None,
+        pressed,
+        repeat: false,
+        modifiers: Modifiers::NONE,
+    };
+    events.extend([key(true), key(false)]);
     events.extend([egui::Event::PointerMoved(from), button(from, true), egui::Event::PointerMoved(to)]);
     harness.step();
     harness.input_mut().events.push(button(to, false));
     wait(&mut harness, "the cut", |app| app.status().done == 1);
+    assert_eq!(harness.state().status().strokes[0].name, "cut");
     assert_eq!(*harness.state().camera(), view, "the view has not turned");
 }
 

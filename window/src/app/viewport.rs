@@ -73,6 +73,8 @@ impl App {
             let motion = self.keys.update(ui.ctx(), rect);
             let latest = self.keys.at().or(ui.input(|input| input.pointer.latest_pos()));
             let pointer = latest.filter(|at| rect.contains(*at));
+            // A slow picture has the key and the stroke with the new tool in one frame.
+            self.tool_keys(ui);
             // First: a press that begins a stroke turns no view, also where a slow picture has the press and the way after it in one frame.
             let hit = self.use_tool(ui, &response, rect, pointer, motion.began);
             self.navigate(ui, &response, rect, motion);
@@ -250,7 +252,21 @@ impl App {
         hit
     }
 
-    /// Keys that change what is seen, or the tool.
+    /// Keys that choose a tool.
+    fn tool_keys(&mut self, ui: &egui::Ui) {
+        if ui.ctx().egui_wants_keyboard_input() {
+            return;
+        }
+        let pressed = |key| ui.input(|input| input.key_pressed(key) && input.modifiers.is_none());
+        for tool in 0..self.tools.len() {
+            let key = self.tools[tool].key(tool).and_then(|key| Key::from_name(&key.to_string()));
+            if key.is_some_and(pressed) {
+                self.choose_tool(tool);
+            }
+        }
+    }
+
+    /// Keys that change what is seen, or how the tool is set.
     fn view_keys(&mut self, ui: &egui::Ui, hit: Option<Picked>) {
         if ui.ctx().egui_wants_keyboard_input() {
             return;
@@ -291,12 +307,6 @@ impl App {
         for (key, factor) in [(Key::Comma, 1.0_f64 / STIFFNESS_KEY_STEP), (Key::Period, STIFFNESS_KEY_STEP)] {
             if presses(key) > 0 {
                 self.stiffen(self.stiffness * factor.powi(presses(key)));
-            }
-        }
-        for tool in 0..self.tools.len() {
-            let key = self.tools[tool].key(tool).and_then(|key| Key::from_name(&key.to_string()));
-            if key.is_some_and(pressed) {
-                self.choose_tool(tool);
             }
         }
         for (axis, key) in [Key::X, Key::Y, Key::Z].into_iter().enumerate() {
