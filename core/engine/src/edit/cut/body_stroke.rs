@@ -41,7 +41,7 @@ pub struct Section {
 }
 
 /// Euler characteristic of a closed surface. A cut right through adds two for each cross-section, whether the body falls apart or was a ring; one that
-/// leaves a neck adds nothing.
+/// leaves a neck adds nothing, and one whose halves share a vertex adds one.
 pub fn euler_characteristic(surface: &Surface) -> i64 {
     let mut is_used = vec![false; surface.points.len()];
     surface.triangles.iter().flatten().for_each(|v| is_used[*v as usize] = true);

@@ -71,7 +71,7 @@ impl Knife {
             return;
         }
         let bridge = stroke.bridge.filter(|bridge| count_parts(body) <= bridge.parts);
-        let is_whole = |section: &Section| section.spans && euler_characteristic(mesh.surface()) <= section.euler;
+        let is_whole = |section: &Section| section.spans && euler_characteristic(mesh.surface()) < section.euler + 2;
         let found = bridge.map(|bridge| (bridge.place, bridge.width));
         let found = found.or_else(|| stroke.section.filter(is_whole).map(|section| (section.place, stroke.way)));
         if let Some((place, width)) = found {
