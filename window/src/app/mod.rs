@@ -133,6 +133,8 @@ pub struct App {
     asks_unit: bool,
     /// Whether the list of keys is shown.
     shows_keys: bool,
+    /// Whether it was in the frame before.
+    keys_were_shown: bool,
     error: Option<String>,
     /// What happened, and when.
     messages: Vec<(Instant, String)>,
@@ -199,6 +201,7 @@ impl App {
             question: None,
             asks_unit: false,
             shows_keys: false,
+            keys_were_shown: false,
             error: None,
             messages: Vec::new(),
             devices: None,

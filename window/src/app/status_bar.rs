@@ -58,6 +58,7 @@ impl App {
     /// All keys and buttons of the mouse, until it is closed.
     pub(super) fn key_window(&mut self, context: &egui::Context) {
         if !self.shows_keys {
+            self.keys_were_shown = false;
             return;
         }
         let size = KEYS_SIZE.min(KEYS_SHARE * context.content_rect().size());
@@ -66,7 +67,8 @@ impl App {
         window.anchor(Align2::CENTER_CENTER, [0.0; 2]).show(context, |ui| {
             ui.set_min_width(size.x);
             is_closed |= ui.button(strings::CLOSE).clicked();
-            egui::ScrollArea::both().max_width(size.x).max_height(size.y).show(ui, |ui| {
+            let area = egui::ScrollArea::both().max_width(size.x).max_height(size.y).min_scrolled_height(size.y);
+            area.show(ui, |ui| {
                 ui.horizontal_top(|ui| {
                     for (column, groups) in strings::KEYS.chunks(2).enumerate() {
                         egui::Grid::new(("keys", column)).num_columns(2).spacing(KEY_SPACING).show(ui, |ui| {
@@ -76,6 +78,10 @@ impl App {
                 });
             });
         });
+        // A window is measured in its first frame and drawn in the next; nothing else asks for that at once.
+        if std::mem::replace(&mut self.keys_were_shown, !is_closed) == is_closed {
+            context.request_repaint();
+        }
         self.shows_keys = !is_closed;
     }
 }
