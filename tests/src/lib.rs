@@ -318,6 +318,18 @@ pub fn open(text: &str, threads: usize) -> pliant_engine::session::Session {
     open_file(&bench.write("scene.toml", text), threads, None)
 }
 
+/// The scene file of an editor's draft, opened as an editor does: strokes are not mirrored before that is asked for.
+///
+/// # Panics
+/// If it cannot be.
+pub fn open_drafted(path: &Path) -> pliant_engine::session::Session {
+    use pliant_engine::session::SessionCommand;
+    let mut session = open_file(path, 1, None);
+    let off = SessionCommand::SetSymmetry { axes: [false; 3], centre: pliant_mesh::geometry::Vec3::zeros() };
+    assert!(session.apply(off), "its edits can be mirrored");
+    session
+}
+
 /// A scene file, opened; with another model in the place of its first body's, if one is given.
 ///
 /// # Panics

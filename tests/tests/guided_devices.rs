@@ -4,7 +4,7 @@ use nalgebra::UnitQuaternion;
 use pliant_editor::{Draft, DraftMaterial, SOLIDS, SolidPreset, stroke_button};
 use pliant_engine::edit::KINDS;
 use pliant_engine::scene::Release;
-use pliant_engine::session::{HandPose, Session, SessionCommand};
+use pliant_engine::session::{HandPose, Session};
 use pliant_host::{DeviceInfo, EffectorOutput, POSE_VALID, Pose};
 use pliant_live::{DeviceScale, Guide, GuidedDevice, HapticDevice, PointerDevice, StopDevice};
 use pliant_mesh::testing::Random;
@@ -13,7 +13,7 @@ use pliant_plugin_api::abi::Status;
 use pliant_solver::Vec3;
 use pliant_tests::arm::{Arm, ArmModel};
 use pliant_tests::bout::Bout;
-use pliant_tests::{Bench, open_file};
+use pliant_tests::{Bench, open_drafted};
 use std::sync::{Arc, Mutex};
 
 /// What a device says and hears.
@@ -179,9 +179,7 @@ fn drafted(size: f64, solid: &SolidPreset) -> (Session, Draft) {
     let plugin = if solid.flow.is_some() { "neo-hookean" } else { "mass-spring" };
     let material = DraftMaterial::Solid { plugin: plugin.into(), preset: *solid, level: 4 };
     let draft = Draft { mesh: bench.path("cube.obj"), scale: 1.0, size, subdivide: false, material, dt: 1e-3 };
-    let mut session = open_file(&bench.write("scene.toml", draft.to_toml(&bench.path(""))), 1, None);
-    session.apply(SessionCommand::SetSymmetry { axes: [false; 3], centre: Vec3::zeros() });
-    (session, draft)
+    (open_drafted(&bench.write("scene.toml", draft.to_toml(&bench.path("")))), draft)
 }
 
 /// A hand is as strong as its model asks for, from a tenth of a millimetre to a hill.

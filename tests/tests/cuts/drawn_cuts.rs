@@ -11,12 +11,12 @@ use pliant_editor::{Draft, DraftMaterial, PaintStroke, SOLIDS, stroke_button};
 use pliant_engine::body::Body;
 use pliant_engine::edit::KINDS;
 use pliant_engine::scene::Release;
-use pliant_engine::session::{EventKind, HandPose, Session, SessionCommand};
+use pliant_engine::session::{EventKind, HandPose, Session};
 use pliant_mesh::testing::{Random, scan};
 use pliant_mesh::{ObjDocument, Surface, generate};
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::Vec3;
-use pliant_tests::{Bench, asked_cases, open_file};
+use pliant_tests::{Bench, asked_cases, open_drafted};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::ops::RangeInclusive;
@@ -157,8 +157,7 @@ impl DrawnCut {
             assert!(scene.contains(&line), "{scene}");
             scene = scene.replace(&line, &format!("{line}\nregion = \"whole\""));
         }
-        let mut session = open_file(&bench.write("scene.toml", scene), 1, None);
-        session.apply(SessionCommand::SetSymmetry { axes: [false; 3], centre: Vec3::zeros() });
+        let mut session = open_drafted(&bench.write("scene.toml", scene));
         session.keep_history();
         session
     }

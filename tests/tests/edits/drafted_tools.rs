@@ -4,10 +4,10 @@ use nalgebra::UnitQuaternion;
 use pliant_editor::{Draft, DraftMaterial, PaintStroke, SOLIDS, stroke_button};
 use pliant_engine::edit::{EditKind, KINDS};
 use pliant_engine::scene::Release;
-use pliant_engine::session::{EventKind, HandPose, Session, SessionCommand};
+use pliant_engine::session::{EventKind, HandPose, Session};
 use pliant_mesh::{Surface, generate};
 use pliant_solver::Vec3;
-use pliant_tests::{Bench, open_file, root};
+use pliant_tests::{Bench, open_drafted, root};
 
 /// A kind of body as an editor drafts it, with the files it is of.
 fn drafted(bench: &Bench, kind: &str) -> (Session, Draft) {
@@ -37,9 +37,8 @@ fn drafted(bench: &Bench, kind: &str) -> (Session, Draft) {
         }
     };
     let draft = Draft { mesh, scale, size, subdivide: false, material, dt };
-    let mut session = open_file(&bench.write("scene.toml", draft.to_toml(&bench.path(""))), 1, None);
+    let mut session = open_drafted(&bench.write("scene.toml", draft.to_toml(&bench.path(""))));
     session.keep_history();
-    session.apply(SessionCommand::SetSymmetry { axes: [false; 3], centre: Vec3::zeros() });
     (session, draft)
 }
 

@@ -9,7 +9,7 @@ use pliant_engine::session::{EventKind, HandPose, Session, SessionCommand};
 use pliant_mesh::testing::Random;
 use pliant_record::state_digest;
 use pliant_solver::Vec3;
-use pliant_tests::{Bench, open_file};
+use pliant_tests::{Bench, open_drafted};
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
@@ -113,11 +113,9 @@ impl Edited {
         bench.write("model.obj", text);
         let draft =
             Draft { mesh: bench.path("model.obj"), scale: 1.0, size: 2.0 * HALF, subdivide: false, material, dt };
-        let mut session = open_file(&bench.write("scene.toml", draft.to_toml(&bench.path(""))), 1, None);
+        let mut session = open_drafted(&bench.write("scene.toml", draft.to_toml(&bench.path(""))));
         session.keep_history();
-        let mut edited = Self { session, draft, _bench: bench };
-        edited.mirror([false; 3]);
-        edited
+        Self { session, draft, _bench: bench }
     }
 
     fn mirror(&mut self, axes: Axes) {

@@ -8,12 +8,8 @@ impl ViewSurface {
     /// Normal of a triangle whose length is twice the area, m^2; zero if it is invisible.
     pub(super) fn cross(&self, triangle: u32) -> Vec3 {
         let Some(look) = self.triangles[triangle as usize] else { return Vec3::zeros() };
-        let place = |corner: usize| {
-            let [x, y, z] = self.positions[look.corners[corner] as usize].map(f64::from);
-            Vec3::new(x, y, z)
-        };
-        let a = place(0);
-        (place(1) - a).cross(&(place(2) - a))
+        let [a, b, c] = look.corners.map(|vertex| self.place(vertex));
+        (b - a).cross(&(c - a))
     }
 
     /// Updates the normals of all drawn vertices of a mesh vertex.
@@ -45,7 +41,7 @@ impl ViewSurface {
     /// Angle of a triangle at one of its corners, radians; 0 if it is degenerate.
     fn angle(&self, triangle: u32, corner: usize) -> f64 {
         let Some(look) = self.triangles[triangle as usize] else { return 0.0 };
-        let place = |corner: usize| Vec3::from(self.positions[look.corners[corner % 3] as usize].map(f64::from));
+        let place = |corner: usize| self.place(look.corners[corner % 3]);
         let [to_next, to_last] = [1, 2].map(|other| place(corner + other) - place(corner));
         to_next.cross(&to_last).norm().atan2(to_next.dot(&to_last))
     }

@@ -82,14 +82,14 @@ impl BodyStroke {
     pub fn begin_section(&mut self, body: &Body) {
         let Some(mesh) = body.cut.as_ref().filter(|_| body.discretization.lattice().is_some()) else { return };
         let (blade, euler) = (self.stroke.blade(), || euler_characteristic(mesh.surface()));
-        let begun = || Section { euler: euler(), place: middle(&blade), was_refused: false, spans: true };
+        let begun = || Section { euler: euler(), place: midpoint(&blade), was_refused: false, spans: true };
         self.section.get_or_insert_with(begun);
     }
 
     /// Notes where the mesh has refused the stroke first.
     pub fn note_refusal(&mut self, blade: &Blade) {
         if let Some(section) = self.section.as_mut().filter(|section| !section.was_refused) {
-            (section.place, section.was_refused) = (middle(blade), true);
+            (section.place, section.was_refused) = (midpoint(blade), true);
         }
     }
 
@@ -107,7 +107,7 @@ impl BodyStroke {
 }
 
 /// Midpoint of a blade, m.
-fn middle(blade: &Blade) -> Vec3 {
+pub fn midpoint(blade: &Blade) -> Vec3 {
     blade.tip.lerp(&blade.heel, 0.5)
 }
 
@@ -118,7 +118,6 @@ pub fn ahead(from: &Blade, to: &Blade, heading: &Vec3) -> f64 {
 
 /// Displacement of the midpoint of a blade, m.
 pub fn midpoint_displacement(from: &Blade, to: &Blade) -> Vec3 {
-    let midpoint = |blade: &Blade| blade.tip.lerp(&blade.heel, 0.5);
     midpoint(to) - midpoint(from)
 }
 

@@ -5,7 +5,7 @@
 //! the blade. So the blade first moves on against the resistance of what is left until the hand no longer pulls with more. Then, if it has come out of
 //! the shape that the body had when the stroke began, it cuts up to there in the rest shape, if that is not farther than it has cut by itself.
 
-use super::body_stroke::{BodyStroke, Section, count_parts, euler_characteristic, midpoint_displacement};
+use super::body_stroke::{BodyStroke, Section, count_parts, euler_characteristic, midpoint, midpoint_displacement};
 use super::cut_step::{CutStep, HeldBody};
 use super::knife::{Knife, RotatedBlade, STRIDE};
 use crate::body::{Body, LatticeError};
@@ -143,8 +143,8 @@ impl Knife {
             .inside
             .as_ref()
             .filter(|inside| inside.body as usize == index)
-            .map_or_else(|| cut.tip.lerp(&cut.heel, 0.5), |inside| inside.points[inside.points.len() / 2]);
-        let width = 0.5 * ((asked.tip - cut.tip) + (asked.heel - cut.heel)).norm();
+            .map_or_else(|| midpoint(&cut), |inside| inside.points[inside.points.len() / 2]);
+        let width = midpoint_displacement(&cut, asked).norm();
         HeldBody { body: index, place, width, resistance: self.resistance, pull }
     }
 }

@@ -1,6 +1,6 @@
 //! Sweeping of a body up to a blade: straight on, around what the mesh refuses, or with a bridge where there is no way around.
 
-use super::body_stroke::{BodyStroke, Bridge, count_parts, travel};
+use super::body_stroke::{BodyStroke, Bridge, count_parts, midpoint, travel};
 use super::cut_step::AdvanceError;
 use super::detour::{Detoured, force, go_around};
 use crate::body::{Body, Discretization, LatticeError};
@@ -94,7 +94,9 @@ impl BodyStroke {
         swept: &mut Swept,
     ) -> Result<(), AdvanceError> {
         let before = self.stroke.blade();
-        let bridge = Bridge { place: before.tip.lerp(&before.heel, 0.5), width: to.stride, parts: count_parts(body) };
+        // The parts are counted once in a stroke: it takes a look at the whole surface.
+        let parts = self.bridge.map_or_else(|| count_parts(body), |bridge| bridge.parts);
+        let bridge = Bridge { place: midpoint(&before), width: to.stride, parts };
         let ends = (&mut self.stroke, &mut self.previous);
         match go_around(body, ends, &to.blade, to.stride, swept).map_err(AdvanceError::Failed)? {
             Detoured::Onward => return Ok(()),
