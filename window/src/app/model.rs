@@ -39,6 +39,8 @@ pub(super) struct Model {
     untold: Vec<Untold>,
     /// Whether the edges that were uploaded last are those of the model.
     has_edges: bool,
+    /// Whether `cut_edges` are those of the model.
+    has_cut_edges: bool,
     /// When edges were listed last.
     edges_listed: Option<Instant>,
     /// Edges that cuts have made: the body, and mesh vertices at their ends.
@@ -115,6 +117,7 @@ impl Model {
             surfaces,
             pickers,
             has_edges: false,
+            has_cut_edges: true,
             edges_listed: None,
             cut_edges: Vec::new(),
             opened_bounds,
@@ -140,7 +143,6 @@ impl Model {
             let patches = self.reader.take_patches();
             let [moving, standing] = self.opened;
             self.follow_splits();
-            let mut has_cut = false;
             let frame = self.reader.frame();
             for (index, shown) in frame.bodies.iter().enumerate() {
                 let body = if index < moving { index } else { index + standing };
@@ -155,14 +157,9 @@ impl Model {
                 untold.moved.extend_from_slice(&changes.moved);
                 let changed = changes.triangles.iter().flat_map(|range| range.clone().map(|t| t as u32));
                 untold.triangles.extend(changed);
-                has_cut |= !changes.triangles.is_empty();
-            }
-            if has_cut {
-                self.has_edges = false;
-                let each = self.surfaces.iter().enumerate();
-                let edges =
-                    each.flat_map(|(body, surface)| surface.cut_edges().into_iter().map(move |ends| (body, ends)));
-                self.cut_edges = edges.collect();
+                if !changes.triangles.is_empty() {
+                    (self.has_edges, self.has_cut_edges) = (false, false);
+                }
             }
         }
         // The hand follows the surface as it was when the stroke began, not the dent that it makes.
@@ -174,8 +171,22 @@ impl Model {
                 untold.moved.clear();
             }
         }
-        let is_due = self.edges_listed.is_none_or(|listed| listed.elapsed() > EDGE_PERIOD);
-        if view.wireframe != Wireframe::Off && !self.has_edges && is_due {
+        self.list_edges(view.wireframe != Wireframe::Off);
+        times.copy(began.elapsed());
+    }
+
+    /// Lists the edges that cuts have made, and those of the wireframe if that is shown, where they have changed: each takes a look at the whole surface.
+    fn list_edges(&mut self, shows_wireframe: bool) {
+        if self.edges_listed.is_some_and(|listed| listed.elapsed() <= EDGE_PERIOD) {
+            return;
+        }
+        if !self.has_cut_edges {
+            (self.has_cut_edges, self.edges_listed) = (true, Some(Instant::now()));
+            let each = self.surfaces.iter().enumerate();
+            let edges = each.flat_map(|(body, surface)| surface.cut_edges().into_iter().map(move |ends| (body, ends)));
+            self.cut_edges = edges.collect();
+        }
+        if shows_wireframe && !self.has_edges {
             (self.has_edges, self.edges_listed) = (true, Some(Instant::now()));
             for (body, surface) in self.surfaces.iter().enumerate() {
                 let (vertices, triangles) = (surface.drawn().len(), surface.corners().len());
@@ -183,7 +194,6 @@ impl Model {
                 self.uploads.push(Upload { body, vertices, triangles, edges, ..Upload::default() });
             }
         }
-        times.copy(began.elapsed());
     }
 
     /// Adds a surface for each body that was split off since the last frame, and takes those away that an undo has made part of another again.
