@@ -48,9 +48,7 @@ impl Fragments {
         ids.iter().for_each(|id| self.unite_with_neighbours(*id, &mut classes));
         let previous = self.previous_nodes(&ids);
         let key_of = self.name_classes(&nodes, classes, &previous);
-        let is_new = |key: &NodeKey| self.new_copies.iter().any(|new| new.key == *key);
-        let renamed = previous.iter().zip(&key_of).filter(|(old, new)| old != new && !is_new(new));
-        self.merged = renamed.map(|(old, new)| (*old, *new)).collect();
+        self.merged = self.merged_nodes(&ids, &key_of);
         let mut changed: BTreeSet<u64> = near.iter().copied().collect();
         let mut corner = 0;
         for id in &ids {
@@ -124,6 +122,24 @@ impl Fragments {
             }
         }
         keys
+    }
+
+    /// Nodes that have become another one, and that one, from the node of each corner. Of each cell all fragments that a present one has voxels of count: where
+    /// parts are linked again, the first voxel tells of one of them only.
+    fn merged_nodes(&self, ids: &[u64], key_of: &[NodeKey]) -> Vec<(NodeKey, NodeKey)> {
+        let is_new = |key: &NodeKey| self.new_copies.iter().any(|new| new.key == *key);
+        let (mut merged, mut corner) = (BTreeSet::new(), 0);
+        for id in ids {
+            let cell = &self.cells[id];
+            let voxels = (0..super::voxels::COUNT).filter(|voxel| cell.voxels.is_solid(*voxel));
+            let parts = voxels.map(|voxel| [cell.voxels.previous_fragment(voxel), cell.voxels.fragment(voxel)]);
+            for [previous, present] in parts.collect::<BTreeSet<_>>() {
+                let Some(before) = cell.fragments.get(previous) else { continue };
+                merged.extend(before.nodes.into_iter().zip(key_of[corner + 8 * present..].iter().copied()));
+            }
+            corner += 8 * cell.voxels.count();
+        }
+        merged.into_iter().filter(|(old, new)| old != new && !is_new(new)).collect()
     }
 
     /// The node of every corner, by number. A class with a grid node is that node; of the classes that had one node before, the first keeps it
