@@ -62,7 +62,9 @@ fn a_blade_feels_the_energy_of_what_it_cuts() {
     assert!((area - 0.04 * 0.03).abs() < 0.04 * 0.003, "{area} m^2");
     run(&mut session, 0.3);
     assert_eq!(session.cuts().area, area, "drawn back it cuts nothing");
-    assert!(session.frame().tools[0].force.norm() < 1e-9, "and feels nothing");
+    // The faces of the cut hold it sideways, with what they have moved since the blade passed.
+    let felt = session.frame().tools[0].force;
+    assert!(felt[2].abs() < 1e-3 * 1.2 && felt.norm() < 0.02 * 1.2, "and nothing resists it: {felt:?} N");
     assert_eq!(
         session.bodies[0].discretization.lattice().unwrap().parts().iter().max(),
         Some(&0),

@@ -225,7 +225,7 @@ fn a_drawn_line_parts_the_body_or_it_is_told_what_holds() {
     let (mut slowest, mut slowest_end) = (0.0_f64, 0.0_f64);
     // Finer grids take minutes.
     let levels = if asked.is_some() { 4..=7 } else { 4..=5 };
-    for number in asked.unwrap_or(0..16) {
+    for number in asked.unwrap_or(0..24) {
         let bench = Bench::new();
         let (case, document) = DrawnCut::new(number, &levels);
         let mut session = case.open(&bench, &document);

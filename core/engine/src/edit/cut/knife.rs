@@ -10,7 +10,7 @@ use super::body_stroke::{BodyStroke, ahead, midpoint_displacement, travel};
 use super::cut_step::{AdvanceError, Advanced, CutStep};
 use super::rest_blade::BladeLine;
 use super::sweep::{SweepTarget, Swept};
-use crate::body::{Body, Discretization, LatticeError};
+use crate::body::{Body, Discretization, Lattice, LatticeError};
 use crate::tool::Hand;
 use nalgebra::Matrix3;
 use pliant_cut::Blade;
@@ -56,13 +56,30 @@ pub struct Inside {
     pub body: u32,
     /// Points along the edge, from tip to heel, in the rest shape, m (k x 3).
     pub points: Vec<Vec3>,
-    /// Position of the tip in the rest shape, m; for a sheet, the tip minus the intersection of blade and sheet.
+    /// The tip minus the mean displacement of the material ahead of the edge, m; for a sheet, the tip minus the intersection of blade and sheet.
     pub tip: Vec3,
+    /// Unit vector of the cutting direction when these points were found; `None` before the first cut.
+    heading: Option<Vec3>,
     /// Rotation from the rest shape to the current shape.
     pub rotation: Matrix3<f64>,
 }
 
 impl Inside {
+    /// Mean displacement of the material just ahead of the edge, on which the hand's pull acts, m; `None` if none is there.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    fn displacement(&self, body: &Body, lattice: &Lattice) -> Result<Option<Vec3>, LatticeError> {
+        let (mut sum, mut count) = (Vec3::zeros(), 0.0);
+        for point in &self.points {
+            let ahead = self.ahead(*point, self.heading, lattice.edge());
+            if let Some(moved) = lattice.displacement_at(ahead, &body.system.nodes)? {
+                (sum, count) = (sum + moved, count + 1.0);
+            }
+        }
+        Ok((count > 0.0).then(|| sum / count))
+    }
+
     /// Moves a point of the rest shape ahead of the edge by one stride, to where nothing is cut yet. `point` and the cell `edge` are in m.
     pub fn ahead(&self, point: Vec3, heading: Option<Vec3>, edge: f64) -> Vec3 {
         heading.map_or(point, |heading| point + STRIDE * edge * (self.rotation.transpose() * heading))
@@ -176,7 +193,14 @@ impl Knife {
             }
             let (blade, rotation) = (rest.blade, rest.rotation);
             if self.inside.is_none() && !rest.points.is_empty() {
-                self.inside = Some(Inside { body: index as u32, points: rest.points, tip: rest.tip, rotation });
+                let (body_index, heading) = (index as u32, self.heading);
+                let mut inside = Inside { body: body_index, points: rest.points, tip: rest.tip, heading, rotation };
+                if let Some(lattice) = body.discretization.lattice()
+                    && let Some(moved) = inside.displacement(body, lattice)?
+                {
+                    inside.tip = self.tip - moved;
+                }
+                self.inside = Some(inside);
             }
             // When the blade leaves a body, no later advance would cut the unfinished stride.
             let leaves = self.heading.is_some() && self.inside.is_none();
@@ -203,12 +227,12 @@ impl Knife {
         Ok(step)
     }
 
-    /// Moves the tip with the body that it is in.
+    /// Moves the tip with the body that the blade is in. The ends of the blade may be outside: it is what is inside that carries it.
     fn move_with_body(&mut self, bodies: &[Body]) -> Result<(), LatticeError> {
         let (Some(inside), Some(_)) = (&self.inside, self.heading) else { return Ok(()) };
         let body = &bodies[inside.body as usize];
         if let Some(lattice) = body.discretization.lattice()
-            && let Some(moved) = lattice.displacement_at(inside.tip, &body.system.nodes)?
+            && let Some(moved) = inside.displacement(body, lattice)?
         {
             self.tip = inside.tip + moved;
         }
