@@ -142,7 +142,7 @@ fn the_star_in_the_back_is_as_large_as_griffith_says() {
 #[test]
 fn a_hand_that_pauses_cuts_a_plane() {
     let random = &mut Random(5);
-    for case in 0..10 {
+    for case in 0..16 {
         let (mut step, mut path) = (0, Vec::new());
         let mut stay = |place: f64, steps: usize| {
             let ends = [step as f64 + 0.75, (step + steps) as f64 + 0.25];
@@ -165,7 +165,7 @@ fn a_hand_that_pauses_cuts_a_plane() {
         let mut session = open(&scene, 1);
         (0..end + 10).for_each(|_| session.step());
         let area = session.cuts().area;
-        // A wall that is as far as 0.2 of its width aside on a wave along it is 4 % longer.
-        assert!((area / 0.04 - 1.0).abs() < 0.04, "{case}: {area} m^2 are cut of 0.04 m^2");
+        // The blade bends what it goes through: a path on a wave with slopes of up to 30 degrees is 8 % longer than a straight one.
+        assert!((area / 0.04 - 1.0).abs() < 0.08, "{case}: {area} m^2 are cut of 0.04 m^2");
     }
 }
