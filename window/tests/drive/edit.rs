@@ -52,10 +52,15 @@ fn open_press_grab_cut_undo_redo_save_reopen() {
         display.key(keys);
         window.wait_for_history(done, undone);
         let saved = window.save(&display, &model);
-        let differ =
-            saved.split(|byte| *byte == b'\n').zip(expected.split(|byte| *byte == b'\n')).filter(|(a, b)| a != b);
-        let differ = differ.count();
-        assert!(saved == *expected, "{keys} to {done} strokes: {differ} lines are not what they were, to the byte");
+        let [lines, before] =
+            [&saved, expected].map(|file| file.split(|byte| *byte == b'\n').map(String::from_utf8_lossy));
+        let differ: Vec<_> = lines.zip(before).filter(|(line, before)| line != before).collect();
+        assert!(
+            saved == *expected,
+            "{keys} to {done} strokes: {} lines are not what they were, to the byte: {:?}",
+            differ.len(),
+            differ.first()
+        );
     }
     display.key("ctrl+alt+s");
     std::thread::sleep(Duration::from_millis(500));
