@@ -5,6 +5,7 @@ mod cut_parts;
 mod cutting;
 mod cutting_physics;
 mod drawn_cuts;
+mod fast_cuts;
 mod fragments;
 mod seams;
 mod split_bodies;

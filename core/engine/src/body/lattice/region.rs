@@ -3,7 +3,7 @@
 use super::history::Histories;
 use super::{DrivenNode, Lattice, LatticeError, NO_WEIGHTS, kind_name};
 use crate::body::fixing::Fixing;
-use crate::body::lattice::fragments::NodeKey;
+use crate::body::lattice::fragments::{NewCopy, NodeKey};
 use crate::body::model::Model;
 use crate::body::skin::{NOT_EMBEDDED, Skin};
 use pliant_host::Region;
@@ -202,8 +202,12 @@ impl Lattice {
     fn transfer_nodes(&mut self, nodes: &mut Nodes) -> Vec<Option<usize>> {
         let n = self.region.node_id.len();
         let (mut x, mut v): (Vec<Vec3>, Vec<Vec3>) = (Vec::with_capacity(n), Vec::with_capacity(n));
-        let new_copies = self.fragments.new_copies.drain(..);
-        let original_of: HashMap<NodeKey, NodeKey> = new_copies.map(|new| (new.key, new.original)).collect();
+        let mut original_of: HashMap<NodeKey, NodeKey> = HashMap::new();
+        for NewCopy { key, original } in self.fragments.new_copies.drain(..) {
+            // A copy of a copy has the state of the first one, which alone has been active.
+            let first = original_of.get(&original).copied().unwrap_or(original);
+            original_of.insert(key, first);
+        }
         self.paint.pin_copies(original_of.iter());
         for (copy, original) in &original_of {
             if let Some(offset) = self.rest_offsets.get(original).copied() {

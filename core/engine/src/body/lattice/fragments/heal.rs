@@ -53,7 +53,6 @@ impl Fragments {
         if near.is_empty() {
             return near;
         }
-        self.new_copies.clear();
         near.append(&mut self.merge_slivers(&near));
         self.assign_nodes(&near)
     }

@@ -75,7 +75,7 @@ pub struct Fragments {
     cells_of_node: HashMap<u64, Vec<u64>>,
     /// Number of copies made of each grid node so far.
     copies: HashMap<u64, u32>,
-    /// Copies that the last cut has made.
+    /// Copies that cuts have made since the region was last replaced, in the order in which they were made.
     pub new_copies: Vec<NewCopy>,
     /// Nodes that the last change has made one with another, and that other.
     pub merged: Vec<(NodeKey, NodeKey)>,
@@ -161,7 +161,6 @@ impl Fragments {
                 cell.voxels.label();
             }
         }
-        self.new_copies.clear();
         for id in &fresh {
             if let Some(cell) = self.cells.get_mut(id) {
                 cell.voxels.label();
