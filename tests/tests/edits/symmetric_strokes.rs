@@ -9,7 +9,7 @@ use pliant_engine::session::{EventKind, HandPose, Session, SessionCommand};
 use pliant_mesh::testing::Random;
 use pliant_record::state_digest;
 use pliant_solver::Vec3;
-use pliant_tests::{Bench, open_drafted};
+use pliant_tests::{Bench, asked_cases, open_drafted};
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
@@ -337,4 +337,97 @@ fn looking_at_a_mirrored_stroke_does_not_change_it() {
             assert!(often.1 == seldom.1, "{}: the shape, looked at every {period} steps", kind.name());
         }
     }
+}
+
+/// A shape that was seen between two strokes.
+struct Seen {
+    /// The strokes so far.
+    strokes: String,
+    /// m
+    shape: Vec<Vec3>,
+    /// Whether it no longer moved.
+    is_at_rest: bool,
+}
+
+/// Three strokes of random tools, mirrored in planes that are on all the time or during strokes alone, each followed by up to three seconds of rest. A window looks
+/// every `period` steps. Returns what is seen before the strokes and after each one that can be taken back.
+fn seen_strokes(seed: u64, period: usize) -> (Edited, Vec<Seen>) {
+    let mut random = Random(seed);
+    let is_sheet = seed % 4 == 3;
+    let mut edited = Edited::open(&mut random, is_sheet);
+    let always = Some(axes_of(random.below(4))).filter(|_| random.below(2) == 0);
+    if let Some(axes) = always {
+        edited.mirror(axes);
+    }
+    let mut steps = 0;
+    let mut look = |session: &mut Session| {
+        steps += 1;
+        if steps % period == 0 {
+            session.update_surface();
+        }
+    };
+    let mut seen = vec![Seen { strokes: String::new(), shape: edited.surface(), is_at_rest: true }];
+    let mut strokes = String::new();
+    for _ in 0..3 {
+        let kind = kinds()[random.below(kinds().len() as u64) as usize];
+        let axes = axes_of(random.below(if is_sheet { 4 } else { 8 }));
+        if always.is_none() {
+            edited.mirror(axes);
+        }
+        let before = edited.session.history().0;
+        edited.stroke(&mut random, kind, &mut look);
+        if always.is_none() {
+            edited.mirror([false; 3]);
+        }
+        let mut is_at_rest = false;
+        let mut shape = edited.surface();
+        for _ in 0..5 {
+            for _ in 0..600 {
+                edited.session.step();
+                look(&mut edited.session);
+            }
+            let now = edited.surface();
+            is_at_rest = now == shape;
+            shape = now;
+            if is_at_rest {
+                break;
+            }
+        }
+        write!(strokes, "{} in {:?}, ", kind.name(), always.unwrap_or(axes)).expect("written");
+        if edited.session.history().0 == before {
+            // Nothing to take back, but a body that was not at rest may have moved.
+            seen.pop();
+        }
+        seen.push(Seen { strokes: strokes.clone(), shape, is_at_rest });
+    }
+    (edited, seen)
+}
+
+/// Whatever is looked at and whenever symmetry is on, strokes give the same shapes, and undo and redo give those that were seen at rest, to the bit.
+#[test]
+fn undo_and_redo_give_the_shapes_that_were_seen() {
+    let mut compared = 0;
+    for seed in asked_cases("STROKES").unwrap_or(0..3) {
+        let (mut edited, seen) = seen_strokes(seed, 7);
+        let (_, unseen) = seen_strokes(seed, usize::MAX);
+        for (Seen { strokes, shape, .. }, other) in seen.iter().zip(&unseen) {
+            let off = shape.iter().zip(&other.shape).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            assert!(shape == &other.shape, "case {seed}: looking has moved the shape by {off} m: {strokes}");
+        }
+        let numbers = (0..seen.len() - 1).rev().map(|at| (SessionCommand::Undo, at));
+        let again = (1..seen.len()).map(|at| (SessionCommand::Redo, at));
+        for (command, at) in numbers.chain(again) {
+            assert!(edited.session.apply(command.clone()), "case {seed}: {command:?}");
+            let Seen { strokes, shape, is_at_rest } = &seen[at];
+            // A shape that moves on is not there when the next stroke begins, which is what undo gives.
+            for wait in [0, 300].into_iter().filter(|_| *is_at_rest) {
+                (0..wait).for_each(|_| edited.session.step());
+                let now = edited.surface();
+                let off = now.iter().zip(shape).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+                assert!(&now == shape, "case {seed}, {command:?}, after {wait} steps: {off} m off: {strokes}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 8, "{compared} shapes are at rest");
 }

@@ -150,6 +150,10 @@ impl Body {
 
     /// Updates the positions as the nodes have them, without symmetry.
     fn embed_skin(&mut self, pool: &Pool) -> Result<(), LatticeError> {
+        // The mean of a pair moves the one that no active node moves, too. Every vertex of a sheet is a node.
+        if self.symmetry.is_some() && self.discretization.lattice().is_some() {
+            self.skin.settle_inactive();
+        }
         self.discretization.embed_all(pool, &self.system.nodes, &self.model, &mut self.skin)?;
         self.embed_exposed_faces();
         Ok(())
@@ -175,12 +179,23 @@ impl Body {
     /// # Errors
     /// Returns the error of the grid plugin.
     pub(crate) fn end_symmetry(&mut self, pool: &Pool) -> Result<(), LatticeError> {
-        if self.symmetry.take().is_none() {
-            return Ok(());
+        let embedded = if self.symmetry.is_some() { self.embed_skin(pool) } else { Ok(()) };
+        self.symmetry = None;
+        embedded
+    }
+
+    /// Makes the present shape the rest shape, with zero velocity.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin, or of the material if it refuses the new rest shape.
+    pub(crate) fn keep(&mut self, pool: &Pool) -> Result<(), LatticeError> {
+        self.update_skin(pool)?;
+        let Self { model, skin, system, discretization, .. } = self;
+        discretization.keep(model, skin, system)?;
+        if self.symmetry.is_some() && self.discretization.lattice().is_some() {
+            self.skin.keep_inactive(&self.model);
         }
-        // The mean of a pair moves the one that no active node moves, too.
-        self.skin.settle_inactive();
-        self.embed_skin(pool)
+        Ok(())
     }
 
     /// Has viewers that have looked at `other` copy all of this body, which is shown in its place.

@@ -116,6 +116,18 @@ impl Skin {
         }
     }
 
+    /// Makes the present positions of the vertices that no active node moves their settled ones.
+    pub fn keep_inactive(&mut self, model: &Model) {
+        let is_moved = |v: &usize| self.cell[*v] == NOT_EMBEDDED && self.x[*v] != self.settled[*v];
+        let moved: Vec<usize> = (0..self.x.len()).filter(is_moved).collect();
+        let settled = Arc::make_mut(&mut self.settled);
+        moved.iter().for_each(|v| settled[*v] = self.x[*v]);
+        let mut triangles: Vec<u32> = moved.iter().flat_map(|v| model.around(*v as u32)).copied().collect();
+        triangles.sort_unstable();
+        triangles.dedup();
+        Arc::make_mut(&mut self.tree).refit(&self.settled, &model.surface.triangles, &triangles);
+    }
+
     /// Present corners of a triangle, m, as of their last update.
     pub fn corners(&self, model: &Model, triangle: u32) -> [Vec3; 3] {
         model.surface.triangles[triangle as usize].map(|v| self.x[v as usize])

@@ -118,7 +118,8 @@ impl Symmetry {
     }
 
     /// Gives every vertex and its mirror image displacements that are mirror images of each other: to the last bit along axes of the scene, to
-    /// rounding in other planes.
+    /// rounding in other planes. Positions must be as the nodes have them, also of vertices that no active node moves: a mean of means depends on how often it is
+    /// taken.
     pub fn apply(&self, model: &Model, skin: &mut Skin) {
         if self.is_paused {
             return;

@@ -2,7 +2,7 @@
 
 use super::event::EventKind;
 use super::{CutCounts, Session};
-use crate::body::{Body, Repair};
+use crate::body::Repair;
 use crate::edit::HeldBody;
 use crate::scene::Release;
 use std::time::Instant;
@@ -175,11 +175,7 @@ impl Session {
                     )
                 });
             }
-            let kept = body.update_skin(&self.workers.all).and_then(|()| {
-                let Body { model, skin, system, discretization, .. } = body;
-                discretization.keep(model, skin, system)
-            });
-            match kept {
+            match body.keep(&self.workers.all) {
                 Ok(()) => self.changed(index),
                 Err(error) => self.freeze(index, time, error.to_string()),
             }
