@@ -142,10 +142,14 @@ impl App {
         if pressed(&EXPORT) && self.model.is_some() {
             self.ask_for_file(Purpose::Export);
         }
-        if pressed(&REDO) || pressed(&REDO_TOO) {
+        // Several may come in a slow frame.
+        let presses = |keys: &KeyboardShortcut| {
+            context.input_mut(|input| input.count_and_consume_key(keys.modifiers, keys.logical_key))
+        };
+        for _ in 0..presses(&REDO) + presses(&REDO_TOO) {
             self.redo();
         }
-        if pressed(&UNDO) {
+        for _ in 0..presses(&UNDO) {
             self.undo();
         }
         if pressed(&SAVE) && self.model.is_some() {

@@ -5,6 +5,7 @@ mod files;
 mod gauges;
 mod icons;
 mod key_pointer;
+mod key_presses;
 mod layers;
 mod log;
 mod measure;

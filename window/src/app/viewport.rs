@@ -3,6 +3,7 @@
 use super::App;
 use super::gauges::remember;
 use super::key_pointer::KeyMotion;
+use super::key_presses::{is_pressed, plain_presses, switches};
 use super::measure::pointer_ray;
 use super::model::Picked;
 use crate::gl::{Channels, PixelArea, Scene, Stereo};
@@ -257,7 +258,7 @@ impl App {
         if ui.ctx().egui_wants_keyboard_input() {
             return;
         }
-        let pressed = |key| ui.input(|input| input.key_pressed(key) && input.modifiers.is_none());
+        let pressed = |key| ui.input(|input| is_pressed(input, key));
         for tool in 0..self.tools.len() {
             let key = self.tools[tool].key(tool).and_then(|key| Key::from_name(&key.to_string()));
             if key.is_some_and(pressed) {
@@ -271,9 +272,9 @@ impl App {
         if ui.ctx().egui_wants_keyboard_input() {
             return;
         }
-        let pressed = |key| ui.input(|input| input.key_pressed(key) && input.modifiers.is_none());
-        // Several presses may come between two frames.
-        let presses = |key| ui.input(|input| if input.modifiers.is_none() { input.num_presses(key) as i32 } else { 0 });
+        let pressed = |key| ui.input(|input| is_pressed(input, key));
+        let presses = |key| ui.input(|input| plain_presses(input, key));
+        let switched = |key| ui.input(|input| switches(input, key));
         if pressed(Key::F) {
             match hit {
                 Some(picked) => self.camera.target = picked.hit.at.point.into(),
@@ -286,7 +287,7 @@ impl App {
         if pressed(Key::W) {
             self.next_wireframe();
         }
-        if pressed(Key::O) {
+        if switched(Key::O) {
             self.camera.projection = match self.camera.projection {
                 Projection::Perspective => Projection::Orthographic,
                 Projection::Orthographic => Projection::Perspective,
@@ -310,16 +311,16 @@ impl App {
             }
         }
         for (axis, key) in [Key::X, Key::Y, Key::Z].into_iter().enumerate() {
-            self.settings.symmetry[axis] ^= pressed(key);
+            self.settings.symmetry[axis] ^= switched(key);
         }
-        if pressed(Key::K) {
+        if switched(Key::K) {
             self.toggle_release();
         }
     }
 
     /// The key that makes the part under the pointer a body of its own.
     fn split_key(&mut self, ui: &egui::Ui, rect: egui::Rect, pointer: Option<egui::Pos2>) {
-        let pressed = ui.input(|input| input.key_pressed(Key::B) && input.modifiers.is_none());
+        let pressed = ui.input(|input| is_pressed(input, Key::B));
         let Some(model) = self.model.as_mut().filter(|model| pressed && !model.hand.is_busy()) else { return };
         if ui.ctx().egui_wants_keyboard_input() {
             return;
