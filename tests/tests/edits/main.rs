@@ -7,6 +7,7 @@ mod edit_accuracy;
 mod edit_balance;
 mod edit_fields;
 mod edits;
+mod mirrored_cuts;
 mod mirrored_edits;
 mod painted_layers;
 mod painting;

@@ -26,7 +26,7 @@ mod touch_by_law;
 mod touch_stroke;
 
 pub use brush::{Brush, BrushShape, Falloff};
-pub use cut::{BladeEdge, CutStep, HeldBody};
+pub use cut::{BladeEdge, CutStep, EdgeInside, HeldBody, STRIDE};
 pub(crate) use grip::GRIP_REACH;
 pub use key::{DEFAULT_RADIUS, Key, KeyName, Strength};
 pub(crate) use touch_stroke::INTERVAL as CHANGE_INTERVAL;
@@ -213,6 +213,11 @@ pub trait Action: Send {
     /// The ball whose cells must be simulated for it; `None` without contact.
     fn active_ball(&self, tool: &Tool) -> Option<ActiveBall> {
         self.contact(tool).map(|at| ActiveBall { body: at.body, centre: at.rest, extra_radius: 0.0 })
+    }
+
+    /// What of a blade is in a body; `None` for what has no blade, or none in a body.
+    fn edge_inside(&self) -> Option<EdgeInside> {
+        None
     }
 
     /// Radius of the soft region around its contact on a body with this cell edge, both in m; it enlarges the simulated ball.

@@ -98,6 +98,14 @@ impl Session {
     }
 
     fn cut_with(&mut self, tool: usize, time: f64, last: bool) {
+        // At the end of an edit that of the original may be over already.
+        self.tools[tool].cuts_the_same = if last { self.tools[tool].cuts_the_same } else { self.cuts_the_same(tool) };
+        if self.tools[tool].cuts_the_same {
+            // It takes up its cut anew where it is elsewhere.
+            let slot = &mut self.tools[tool];
+            slot.tool.release(&slot.hand);
+            return;
+        }
         let began = Instant::now();
         let is_behind = self.bodies.iter().any(|body| body.cut.as_ref().is_some_and(|mesh| mesh.undone() > 0));
         let slot = &mut self.tools[tool];

@@ -5,11 +5,15 @@
 use super::event::{EventKind, Events};
 use super::{Session, ToolSlot};
 use crate::body::{Axes, Body, Model, Reflection, Symmetry, SymmetryPlane};
+use crate::edit::{EdgeInside, STRIDE};
 use crate::plan::Image;
 use crate::tool::{Hand, PreviousPose};
 use nalgebra::UnitQuaternion;
 use pliant_mesh::Surface;
 use pliant_solver::Vec3;
+
+/// Largest difference of the unit vectors in which two blades cut that go along with each other.
+const SAME_HEADING: f64 = 0.2;
 
 /// The reflection between a tool and its original.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,14 +32,18 @@ pub struct Mirror {
 }
 
 impl Mirror {
+    /// The mirror image of a place, m.
+    fn point(&self, place: Vec3) -> Vec3 {
+        self.centre + self.reflection.vector(place - self.centre)
+    }
+
     /// The mirror image of a hand.
     pub fn hand(&self, hand: &Hand) -> Hand {
         let mut image = hand.clone();
-        let position = |place: Vec3| self.centre + self.reflection.vector(place - self.centre);
-        image.position = position(hand.position);
+        image.position = self.point(hand.position);
         image.rotation = self.reflection.rotation(hand.rotation);
         image.before = hand.before.map(|before| PreviousPose {
-            position: position(before.position),
+            position: self.point(before.position),
             rotation: self.reflection.rotation(before.rotation),
         });
         image
@@ -43,6 +51,23 @@ impl Mirror {
 }
 
 impl Session {
+    /// Whether the blade of a mirrored tool goes along with that of its original, or of one mirrored from it before: within a stride of it all along and in the
+    /// same direction, so that it would cut the same again beside, or a slab thinner than the lattice parts.
+    pub(super) fn cuts_the_same(&self, tool: usize) -> bool {
+        let Some(mirror) = self.tools[tool].mirror else { return false };
+        let Some(EdgeInside { body, ends, heading }) = self.tools[mirror.of].tool.edge_inside() else { return false };
+        let stride = STRIDE * self.bodies[body as usize].discretization.edge();
+        self.tools[..tool].iter().enumerate().any(|(index, other)| {
+            let image = other.mirror.filter(|image| image.is_active && image.of == mirror.of);
+            let place = |point: Vec3| image.map_or(point, |image| image.point(point));
+            let direction = |along: Vec3| image.map_or(along, |image| image.reflection.vector(along));
+            let is_near = |end: &Vec3| (mirror.point(*end) - place(*end)).norm() < stride;
+            // Blades that cross each other are in one place too.
+            let turned = heading.map_or(0.0, |along| (mirror.reflection.vector(along) - direction(along)).norm());
+            (index == mirror.of || image.is_some()) && ends.iter().all(is_near) && turned < SAME_HEADING
+        })
+    }
+
     /// Sets the hands of mirrored tools to the mirror images of their originals; a tool that has just got one appears there, without a path from its last
     /// place.
     pub(super) fn mirror_hands(&mut self) {

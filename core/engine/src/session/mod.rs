@@ -158,6 +158,8 @@ pub struct ToolSlot {
     pub effector: usize,
     /// The mirror, if it is a mirrored tool.
     pub mirror: Option<Mirror>,
+    /// Whether its blade would cut the same as that of its original, and rests.
+    cuts_the_same: bool,
     /// Whether the scene has an edit with it that renders torque.
     pub has_torque: bool,
     edit: Option<usize>,

@@ -4,7 +4,7 @@ use super::hand::Hand;
 use super::search::{SurfaceSearch, nearest_on_sheets};
 use crate::body::{Body, LatticeError, interpolate};
 use crate::contact::{Friction, LayerLaw, Patch, PointLoads, Proxy, inward};
-use crate::edit::{Action, ActiveBall, BladeEdge, BodyPoint, CutStep, GRIP_REACH, Step, StitchRequest};
+use crate::edit::{Action, ActiveBall, BladeEdge, BodyPoint, CutStep, EdgeInside, GRIP_REACH, Step, StitchRequest};
 use crate::shape::OrientedShape;
 use nalgebra::UnitQuaternion;
 use pliant_plugin_api::abi::Ball;
@@ -142,6 +142,11 @@ impl Tool {
     /// Its contact point; `None` without contact.
     pub fn contact(&self) -> Option<BodyPoint> {
         self.action.as_ref().and_then(|action| action.contact(self))
+    }
+
+    /// What of its blade is in a body, in the active edit.
+    pub(crate) fn edge_inside(&self) -> Option<EdgeInside> {
+        self.action.as_ref().and_then(|action| action.edge_inside())
     }
 
     /// Cuts with the active edit; `last` is set if it ends with this step.

@@ -87,7 +87,7 @@ impl Inside {
 }
 
 /// Distance between advances, in cell edges: one voxel of a cut cell.
-pub(super) const STRIDE: f64 = 0.25;
+pub const STRIDE: f64 = 0.25;
 /// Distance over which the heading turns to a new direction, m.
 const TURN_LENGTH: f64 = 5e-3;
 

@@ -10,7 +10,7 @@ mod stroke_end;
 mod sweep;
 
 pub use cut_step::{CutStep, HeldBody};
-pub use knife::BladeEdge;
+pub use knife::{BladeEdge, STRIDE};
 
 use super::{Action, ActiveBall, BodyPoint, EditKind, Key, KeyName, Step};
 use crate::body::{Body, EmbeddedPoint, LatticeError};
@@ -50,6 +50,16 @@ impl EditKind for Cut {
     }
 }
 
+/// What of a blade is in a body.
+pub struct EdgeInside {
+    /// Index of the body.
+    pub body: u32,
+    /// Ends of its edge there, in the rest shape, m.
+    pub ends: [Vec3; 2],
+    /// Unit vector of the cutting direction; `None` before the first cut.
+    pub heading: Option<Vec3>,
+}
+
 /// A cut in progress.
 struct Cutting {
     knife: Knife,
@@ -65,6 +75,12 @@ impl Action for Cutting {
         let (low, high) = (inside.points[0], inside.points[inside.points.len() - 1]);
         let span = high - low;
         Some(ActiveBall { body: inside.body, centre: low + 0.5 * span, extra_radius: 0.5 * span.norm() })
+    }
+
+    fn edge_inside(&self) -> Option<EdgeInside> {
+        let inside = self.knife.inside.as_ref()?;
+        let ends = [inside.points[0], inside.points[inside.points.len() - 1]];
+        Some(EdgeInside { body: inside.body, ends, heading: self.knife.heading })
     }
 
     fn cut(&mut self, tool: &Tool, hand: &Hand, bodies: &mut [Body], last: bool) -> Result<CutStep, LatticeError> {

@@ -76,6 +76,7 @@ impl Opening<'_> {
             device,
             effector: effector as usize,
             mirror: None,
+            cuts_the_same: false,
             has_torque: false,
             edit: None,
             soft: (0..bodies).map(|_| None).collect(),
