@@ -1,5 +1,6 @@
 //! Several cuts of a body in one step: nodes that they make go on with the state of those they are copies of.
 
+use pliant_engine::session::Session;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::Random;
 use pliant_tests::open;
@@ -17,30 +18,33 @@ fn knife(name: &str, along: Vec3, [from, to]: [Vec3; 2]) -> String {
     )
 }
 
+/// A block of 40 mm without damping, cut by so many knives at once, in planes that cross each other.
+fn cut_block(random: &mut Random, knives: usize, level: u32, material: &str) -> Session {
+    let knives: Vec<String> = (0..knives)
+        .map(|number| {
+            let down = (Vec3::ith(number, 1.0) + 0.3 * random.vector()).normalize();
+            let along = down.cross(&random.direction()).normalize();
+            let middle = 0.004 * random.vector() - 0.06 * along;
+            knife(&format!("knife {number}"), along, [middle - 0.035 * down, middle + 0.035 * down])
+        })
+        .collect();
+    open(
+        &format!(
+            "format = 1\n[time]\nduration = 1\n[[body]]\nshape = {{ kind = \"box\", cells = 8, size = [0.04, 0.04, 0.04] }}\n\
+             material = {{ plugin = \"{material}\", params = {{ damping-time = 0 }} }}\n\
+             grid = {{ level = {level}, region = \"whole\" }}\n{}",
+            knives.concat()
+        ),
+        1,
+    )
+}
+
 /// A body that drifts is under no force, however it is cut: it drifts on, with all nodes at the same displacement and velocity.
 #[test]
 fn a_drifting_body_drifts_on_however_many_cuts_a_step_has() {
     let random = &mut Random(48);
     for case in 0..6 {
-        // Two knives or three, in planes that cross each other.
-        let knives: Vec<String> = (0..2 + case % 2)
-            .map(|number| {
-                let down = (Vec3::ith(number, 1.0) + 0.3 * random.vector()).normalize();
-                let along = down.cross(&random.direction()).normalize();
-                let middle = 0.004 * random.vector() - 0.06 * along;
-                knife(&format!("knife {number}"), along, [middle - 0.035 * down, middle + 0.035 * down])
-            })
-            .collect();
-        let level = if case < 5 { 3 } else { 4 };
-        let mut session = open(
-            &format!(
-                "format = 1\n[time]\nduration = 1\n[[body]]\nshape = {{ kind = \"box\", cells = 8, size = [0.04, 0.04, 0.04] }}\n\
-                 material = {{ plugin = \"mass-spring\", params = {{ damping-time = 0 }} }}\n\
-                 grid = {{ level = {level}, region = \"whole\" }}\n{}",
-                knives.concat()
-            ),
-            1,
-        );
+        let mut session = cut_block(random, 2 + case % 2, if case < 5 { 3 } else { 4 }, "mass-spring");
         session.step();
         let (displacement, velocity) = (0.002 * random.vector(), 0.5 * random.vector());
         let nodes = &mut session.bodies[0].system.nodes;
@@ -60,5 +64,33 @@ fn a_drifting_body_drifts_on_however_many_cuts_a_step_has() {
         }
         assert!(session.bodies[0].system.nodes.len() > count, "case {case}: nodes were parted");
         assert!(cuts.windows(2).any(|two| two[1] > two[0] + 1), "case {case}: no step has two cuts: {cuts:?}");
+    }
+}
+
+/// Forces inside of a body add up to nothing, and a blade without toughness pulls at nothing: cuts change no momentum, also where they leave slivers that become part
+/// of what is beside them.
+#[test]
+fn cuts_of_a_swinging_body_keep_its_momentum() {
+    let random = &mut Random(50);
+    for case in 0..12 {
+        let material = ["mass-spring", "corotational", "neo-hookean"][case % 3];
+        let mut session = cut_block(random, 2 + case / 3 % 2, 3, material);
+        session.step();
+        let nodes = &mut session.bodies[0].system.nodes;
+        nodes.v.iter_mut().for_each(|v| *v = 0.2 * random.vector());
+        session.changed(0);
+        let all = |session: &Session| {
+            let nodes = &session.bodies[0].system.nodes;
+            let each = nodes.mass.iter().zip(&nodes.v);
+            each.fold((Vec3::zeros(), 0.0), |(sum, size), (m, v)| (sum + *m * v, size + m * v.norm()))
+        };
+        let (before, size) = all(&session);
+        for step in 1..=24 {
+            session.step();
+            let (now, _) = all(&session);
+            let off = (now - before).norm() / size;
+            assert!(off < 1e-11, "case {case}, {material}, step {step}: momentum off by {off} of the sum of all sizes");
+        }
+        assert!(session.cuts().advances > 10, "case {case}: {} cuts", session.cuts().advances);
     }
 }

@@ -25,6 +25,7 @@ mod heal;
 mod history;
 mod hold;
 mod majority;
+mod momentum;
 mod paint;
 mod parts;
 mod point_bindings;

@@ -147,6 +147,7 @@ impl Lattice {
         skin: &mut Skin,
         system: &mut System,
     ) -> Result<(), LatticeError> {
+        let momenta = self.copy_momenta(&system.nodes);
         let settle = |v: u32, skin: &mut Skin| {
             skin.cell[v as usize] = NOT_EMBEDDED;
             skin.x[v as usize] = skin.settled[v as usize];
@@ -179,6 +180,7 @@ impl Lattice {
         self.list_directions(system);
         system.prepare()?;
         histories.restore(system, &old_node);
+        self.keep_momenta(&momenta, &mut system.nodes);
         super::check_mass(system)
     }
 
