@@ -1,7 +1,7 @@
 //! A cut body is split: each part becomes a body of its own, and nothing of its shape, motion and stuff changes by that.
 
 use pliant_engine::body::{Body, Division};
-use pliant_engine::session::Session;
+use pliant_engine::session::{EventKind, Session};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::{Random, models};
 use pliant_plugin_api::abi::Ball;
@@ -355,4 +355,51 @@ fn a_scene_splits_what_it_has_cut() {
     }
     let refused = bench.pliant(&["run", "scene.toml", "--set", "edit.0.kind=touch"]).expect(2);
     refused.says(&["`touch` does not read `split`"]);
+}
+
+/// A slab thinner than half a cell stays with the cells beside it: the body is not split, and it is said that the grid holds what the surface does not.
+#[test]
+fn a_slab_that_the_grid_cannot_part_is_told() {
+    for (thickness, says) in [(0.001, "still hold together"), (0.012, "")] {
+        let z = 0.02 - thickness;
+        let text = format!(
+            r#"
+            format = 1
+            [time]
+            duration = "0.2 s"
+            dt = "1 ms"
+            [[body]]
+            name = "block"
+            shape = {{ kind = "box", cells = 8, size = ["40 mm", "40 mm", "40 mm"] }}
+            material = {{ plugin = "mass-spring" }}
+            grid = {{ level = 3, region = "whole" }}
+            [[device]]
+            name = "hand"
+            params = {{ path = [[0.0, -0.05, -0.1, {z}], [0.1, 0.05, -0.1, {z}]] }}
+            [[tool]]
+            name = "knife"
+            device = "hand"
+            radius = "1 mm"
+            blade = {{ length = "200 mm", direction = [0, 1, 0], toughness = 0 }}
+            [[edit]]
+            kind = "cut"
+            tool = "knife"
+            end = "0.15 s"
+            split = true
+            "#
+        );
+        let bench = Bench::new();
+        let mut session = open_file(&bench.write("scene.toml", text), 1, None);
+        (0..200).for_each(|_| session.step());
+        let events = session.events.described();
+        let refused: Vec<&str> = events
+            .iter()
+            .filter(|(kind, _)| *kind == EventKind::SplitRefused)
+            .map(|(_, event)| event.text.as_str())
+            .collect();
+        match says {
+            "" => assert_eq!((refused.len(), session.bodies.len()), (0, 2), "{thickness} m: {refused:?}"),
+            _ => assert!(refused.len() == 1 && refused[0].contains(says), "{thickness} m: {refused:?}"),
+        }
+    }
 }

@@ -35,6 +35,15 @@ pub enum DivideError {
         "it is in one part; allowed is a body that a cut has gone right through, or with several parts from the start"
     )]
     OnePart,
+    /// The surface is in several parts and the grid is not.
+    #[error(
+        "its surface is in {shells} parts, which cells of its grid still hold together, as where a part is thinner than half a cell beside the cut; allowed is a cut \
+         that is farther inside, or a grid of a higher `level`"
+    )]
+    HeldByGrid {
+        /// Number of parts of the surface.
+        shells: u32,
+    },
     /// The body is simulated on a tetrahedral mesh of a file.
     #[error("it is a tetrahedral mesh of a file, which cannot be divided; allowed is a solid in a grid or a sheet")]
     Tetrahedra,
@@ -76,6 +85,8 @@ struct BodyParts {
     cells: Option<CellParts>,
     /// Number of parts.
     count: u32,
+    /// Number of connected parts of the surface, which a grid may hold together.
+    shells: u32,
 }
 
 /// The parts of a lattice, by its connected components.
@@ -106,7 +117,8 @@ impl Body {
         }
         let parts = self.find_parts(division)?;
         if parts.count < 2 {
-            return Err(DivideError::OnePart);
+            let shells = parts.shells;
+            return Err(if shells < 2 { DivideError::OnePart } else { DivideError::HeldByGrid { shells } });
         }
         let own_mesh;
         let mesh = match &self.cut {
@@ -171,7 +183,7 @@ impl Body {
             of_component: (0..components.count).map(|of| part_of(of, &mut sets)).collect(),
             components,
         });
-        Ok(BodyParts { of_triangle, of_vertex, cells, count: parts })
+        Ok(BodyParts { of_triangle, of_vertex, cells, count: parts, shells: count })
     }
 
     /// The body of a part.
