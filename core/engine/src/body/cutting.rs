@@ -80,6 +80,22 @@ impl Body {
 }
 
 impl Body {
+    /// After a cut: has the grid of a local region carry each part of the surface by one part of its own, where it can. Returns whether anything has changed; a body
+    /// that is simulated as a whole sees to that with every change of its nodes.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(crate) fn rebind_torn_shells(&mut self) -> Result<bool, LatticeError> {
+        match &mut self.discretization {
+            Discretization::Lattice(lattice)
+                if lattice.has_cuts() && !lattice.is_whole() && self.model.surface.shells().contains(&1) =>
+            {
+                lattice.rebind_torn_shells(&self.model)
+            }
+            _ => Ok(false),
+        }
+    }
+
     /// Joins the parts of a cut lattice within `radius` (m) of a rest position (m), where they are within `join` (m) of each other.
     pub(super) fn heal(&mut self, point: Vec3, radius: f64, join: f64) -> Result<Stitched, LatticeError> {
         let Self { cut: Some(mesh), discretization: Discretization::Lattice(lattice), model, system, .. } = self else {

@@ -67,6 +67,9 @@ impl Session {
             if cut || changed_body && edit.kind.changes_topology() {
                 self.fix_layers(time);
             }
+            if cut {
+                self.rebind_torn_shells(time);
+            }
             if cut && edit.splits {
                 self.split_cut_bodies();
             }
@@ -75,6 +78,15 @@ impl Session {
         let slot = &mut self.tools[tool];
         slot.tool.release(&slot.hand);
         slot.tool.set_action(None);
+    }
+
+    /// What a cut has parted in the surface is carried by parts of the grid of its own.
+    fn rebind_torn_shells(&mut self, time: f64) {
+        for index in 0..self.bodies.len() {
+            if let Err(error) = self.bodies[index].rebind_torn_shells() {
+                self.freeze(index, time, error.to_string());
+            }
+        }
     }
 
     /// The connectivity has changed: sculpt layers from before are fixed.

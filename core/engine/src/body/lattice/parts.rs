@@ -20,6 +20,8 @@ pub(in crate::body) struct LatticeComponents {
     pub cells: Vec<(CellFragment, u32)>,
     /// Component in which each vertex is embedded, or [`NO_COMPONENT`] (n).
     pub of_vertex: Vec<u32>,
+    /// Id of the cell in which each vertex is embedded, if it is (n).
+    pub cell_of_vertex: Vec<u64>,
     /// Number of components.
     pub count: u32,
 }
@@ -63,7 +65,12 @@ impl Lattice {
             corners[1..].iter().for_each(|node| sets.unite(corners[0], *node));
         }
         let mut number = HashMap::new();
-        let mut components = LatticeComponents { cells: Vec::new(), of_vertex: vec![NO_COMPONENT; vertices], count: 0 };
+        let mut components = LatticeComponents {
+            cells: Vec::new(),
+            of_vertex: vec![NO_COMPONENT; vertices],
+            cell_of_vertex: vec![0; vertices],
+            count: 0,
+        };
         let listed = self.source.points(self.settings.level)?;
         for (cell, corners) in region.cell_corners.iter().enumerate() {
             let next = number.len() as u32;
@@ -73,7 +80,10 @@ impl Lattice {
             components.cells.push((fragment, component));
             let [begin, end] = region.cell_points[cell];
             let points = self.fragments.points(fragment).unwrap_or(&listed[begin as usize..end as usize]);
-            points.iter().for_each(|point| components.of_vertex[*point as usize] = component);
+            for point in points {
+                components.of_vertex[*point as usize] = component;
+                components.cell_of_vertex[*point as usize] = fragment.cell;
+            }
         }
         components.count = number.len() as u32;
         Ok(components)

@@ -5,11 +5,13 @@
 //! one part. So points in cut cells are embedded in the part that most of their shell lies in.
 
 use super::fragments::CellFragment;
+use super::parts::NO_COMPONENT;
 use super::point_bindings::BoundPoint;
 use super::{Lattice, LatticeError};
 use crate::body::model::Model;
 use crate::body::skin::{NOT_EMBEDDED, Skin};
-use std::collections::{BTreeMap, BTreeSet};
+use pliant_solver::Vec3;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 impl Lattice {
     /// Embeds points in cut cells anew, in the nearest cut cell of the part that most of their shell lies in. A shell that reaches into
@@ -23,39 +25,41 @@ impl Lattice {
         if !self.has_torn_triangles(model, skin, |cell| part(self, cell))? {
             return Ok(());
         }
-        // Corners of triangles by shell and part.
-        let mut counts: BTreeMap<u32, BTreeMap<u32, usize>> = BTreeMap::new();
-        // Shells and parts, where the shell has a corner in a whole cell of the part.
-        let mut reaches_whole_cells: BTreeSet<(u32, u32)> = BTreeSet::new();
-        // Vertices in cut cells, with their shells.
-        let mut candidates: BTreeSet<(u32, u32)> = BTreeSet::new();
-        let triangles = model.surface.triangles.iter().zip(model.surface.shells()).enumerate();
-        for (_, (corners, shell)) in triangles.filter(|(t, _)| !model.is_lid(*t as u32)) {
-            for &v in corners {
-                let cell = skin.cell[v as usize];
-                if cell == NOT_EMBEDDED {
-                    continue;
-                }
-                let part = part(self, cell);
-                *counts.entry(shell).or_default().entry(part).or_default() += 1;
-                if self.fragments.contains(self.region.cell_id[cell as usize]) {
-                    candidates.insert((v, shell));
-                } else {
-                    reaches_whole_cells.insert((shell, part));
-                }
-            }
-        }
-        for (v, shell) in candidates {
-            let most = counts[&shell].iter().max_by_key(|(_, count)| **count).map(|(part, _)| *part);
-            let own = part(self, skin.cell[v as usize]);
-            let Some(most) = most.filter(|most| *most != own && !reaches_whole_cells.contains(&(shell, own))) else {
-                continue;
-            };
+        let embedding = |v: u32| {
+            let cell = Some(skin.cell[v as usize]).filter(|cell| *cell != NOT_EMBEDDED)?;
+            Some((part(self, cell), self.fragments.contains(self.region.cell_id[cell as usize])))
+        };
+        for (v, most) in torn_vertices(model, embedding) {
             if let Some(cell) = self.nearest_cut_cell(v, model, |cell| part(self, cell) == most) {
                 self.rebind(v, cell, model, skin);
             }
         }
         Ok(())
+    }
+
+    /// The same for a local region, whose parts may be connected outside of it: it looks at all cells. Returns whether a point is embedded anew; nodes and elements
+    /// change with the next [`Lattice::follow`].
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(in crate::body) fn rebind_torn_shells(&mut self, model: &Model) -> Result<bool, LatticeError> {
+        let components = self.components(model.surface.points.len())?;
+        let embedding = |v: u32| {
+            let component = Some(components.of_vertex[v as usize]).filter(|component| *component != NO_COMPONENT)?;
+            Some((component, self.fragments.contains(components.cell_of_vertex[v as usize])))
+        };
+        let torn = torn_vertices(model, embedding);
+        let middle: HashMap<u64, Vec3> = self.fragments.centres().collect();
+        for &(v, most) in &torn {
+            let place = self.binding_place(v, model.surface.points[v as usize]);
+            let cut = components.cells.iter().filter(|(_, component)| *component == most);
+            let near = cut.filter_map(|(at, _)| Some((*at, (middle.get(&at.cell)? - place).norm_squared())));
+            if let Some((fragment, _)) = near.min_by(|a, b| a.1.total_cmp(&b.1)) {
+                self.bind_to(v, fragment, components.cell_of_vertex[v as usize], place);
+            }
+        }
+        self.needs_rebuild |= !torn.is_empty();
+        Ok(!torn.is_empty())
     }
 
     /// Whether a triangle with a corner in a cut cell has corners in several parts; `part` gives the part of an active cell.
@@ -95,14 +99,45 @@ impl Lattice {
     fn rebind(&mut self, v: u32, cell: u32, model: &Model, skin: &mut Skin) {
         let place = self.binding_place(v, model.surface.points[v as usize]);
         let old_cell = self.region.cell_id[skin.cell[v as usize] as usize];
-        let containing = self.bindings.containing(v, old_cell);
-        let old_cell = self.bindings.remove(v).unwrap_or(old_cell);
-        self.fragments.release_point(old_cell, v);
-        let fragment: CellFragment = self.cell_fragment(cell);
-        let anchor = self.fragments.anchor_in(fragment, place);
-        self.bind(BoundPoint { point: v, containing }, &anchor);
+        self.bind_to(v, self.cell_fragment(cell), old_cell, place);
         skin.cell[v as usize] = cell;
         let longest = &mut self.longest_edge_of[cell as usize];
         *longest = longest.max(model.longest_edge(v));
     }
+
+    /// Embeds a vertex that is embedded in `old_cell` in another fragment, at a rest position (m).
+    fn bind_to(&mut self, v: u32, fragment: CellFragment, old_cell: u64, place: Vec3) {
+        let containing = self.bindings.containing(v, old_cell);
+        let old_cell = self.bindings.remove(v).unwrap_or(old_cell);
+        self.fragments.release_point(old_cell, v);
+        let anchor = self.fragments.anchor_in(fragment, place);
+        self.bind(BoundPoint { point: v, containing }, &anchor);
+    }
+}
+
+/// Vertices in cut cells of another part of the lattice than most of their shell, each with that part. `embedding` gives the part in which a vertex is, and
+/// whether its cell is cut. A shell that reaches into whole cells of another part is left there.
+fn torn_vertices(model: &Model, embedding: impl Fn(u32) -> Option<(u32, bool)>) -> Vec<(u32, u32)> {
+    // Corners of triangles by shell and part.
+    let mut counts: BTreeMap<u32, BTreeMap<u32, usize>> = BTreeMap::new();
+    // Shells and parts, where the shell has a corner in a whole cell of the part.
+    let mut reaches_whole_cells: BTreeSet<(u32, u32)> = BTreeSet::new();
+    // Vertices in cut cells, with their shells and parts.
+    let mut candidates: BTreeMap<u32, (u32, u32)> = BTreeMap::new();
+    let triangles = model.surface.triangles.iter().zip(model.surface.shells()).enumerate();
+    for (_, (corners, shell)) in triangles.filter(|(t, _)| !model.is_lid(*t as u32)) {
+        for &v in corners {
+            let Some((part, is_cut)) = embedding(v) else { continue };
+            *counts.entry(shell).or_default().entry(part).or_default() += 1;
+            if is_cut {
+                candidates.insert(v, (shell, part));
+            } else {
+                reaches_whole_cells.insert((shell, part));
+            }
+        }
+    }
+    let most = |shell: u32| counts[&shell].iter().max_by_key(|(_, count)| **count).map(|(part, _)| *part);
+    let torn = candidates.into_iter().filter_map(|(v, (shell, own))| Some((v, shell, own, most(shell)?)));
+    let torn = torn.filter(|(_, shell, own, most)| most != own && !reaches_whole_cells.contains(&(*shell, *own)));
+    torn.map(|(v, _, _, most)| (v, most)).collect()
 }
