@@ -110,9 +110,13 @@ impl Lattice {
         if self.source.plugin().is_some() { corners } else { &corners[..4] }
     }
 
-    /// Weight of an active cell among those around a node: cubes are equal, tetrahedra have their volume, so that masses are those of their parts.
+    /// Weight of an active cell among those around a node, so that masses are those of their parts: cubes are equal, fragments of a cut one have their share, and
+    /// tetrahedra their volume.
     fn cell_share(&self, cell: u32) -> f64 {
-        self.source.tetrahedra().map_or(1.0, |cells| cells.mass_volume(self.region.cell_id[cell as usize] as u32))
+        match self.source.tetrahedra() {
+            Some(cells) => cells.mass_volume(self.region.cell_id[cell as usize] as u32),
+            None => self.fragments.share(self.cell_fragment(cell)),
+        }
     }
 
     /// Middle of an active cell in the undeformed grid, m.
@@ -127,10 +131,11 @@ impl Lattice {
     /// For each pair of corners of a cell, the mean factors of the cells that contain both.
     fn factors_of_links(&self, cells: &[Arc<[f64]>]) -> HashMap<[u32; 2], Mean> {
         let mut of_link: HashMap<[u32; 2], Mean> = HashMap::new();
-        for (corners, factors) in self.region.cell_corners.iter().zip(cells) {
+        for (cell, (corners, factors)) in (0..).zip(self.region.cell_corners.iter().zip(cells)) {
+            let weight = self.cell_share(cell);
             for (i, &a) in corners.iter().enumerate() {
                 for &b in &corners[i + 1..] {
-                    of_link.entry([a.min(b), a.max(b)]).or_default().add(factors, 1.0);
+                    of_link.entry([a.min(b), a.max(b)]).or_default().add(factors, weight);
                 }
             }
         }
