@@ -70,7 +70,7 @@ fn a_line_along_the_plane_of_symmetry_cuts_once_and_one_across_twice() {
         let slope = (0.3 + 0.7 * random.unit()) * if case % 2 == 0 { 1.0 } else { -1.0 };
         let line = [-1.5, 1.5].map(|share| Vec3::new(share * RADIUS, slope * share * RADIUS, 0.0));
         let (alone, mirrored) = (result(&cut_ball(line, false)), result(&cut_ball(line, true)));
-        // The blades lag behind their hands, so that a crumb may be left where they cross.
+        // The blades lag behind their hands, so that a sliver may be left where they cross.
         assert!(alone.0 == 2 && mirrored.0 >= 4, "case {case}, slope {slope}: {alone:?}, {mirrored:?}");
         let off = mirrored.1 / (2.0 * alone.1) - 1.0;
         assert!(off.abs() < 0.03, "case {case}, slope {slope}: the area is off by {off}");

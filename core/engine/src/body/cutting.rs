@@ -80,19 +80,19 @@ impl Body {
 }
 
 impl Body {
-    /// After a cut: has the grid of a local region carry each part of the surface by one part of its own, where it can. Returns whether anything has changed; a body
-    /// that is simulated as a whole sees to that with every change of its nodes.
+    /// After a cut: has the grid of a local region carry each part of the surface by one part of its own, where it can. A body that is simulated as a whole sees to that
+    /// with every change of its nodes.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
-    pub(crate) fn rebind_torn_shells(&mut self) -> Result<bool, LatticeError> {
+    pub(crate) fn rebind_torn_shells(&mut self) -> Result<(), LatticeError> {
         match &mut self.discretization {
             Discretization::Lattice(lattice)
                 if lattice.has_cuts() && !lattice.is_whole() && self.model.surface.shells().contains(&1) =>
             {
                 lattice.rebind_torn_shells(&self.model)
             }
-            _ => Ok(false),
+            _ => Ok(()),
         }
     }
 

@@ -111,7 +111,9 @@ impl Session {
 
     fn cut_with(&mut self, tool: usize, time: f64, last: bool) {
         // At the end of an edit that of the original may be over already.
-        self.tools[tool].cuts_the_same = if last { self.tools[tool].cuts_the_same } else { self.cuts_the_same(tool) };
+        if !last {
+            self.tools[tool].cuts_the_same = self.cuts_the_same(tool);
+        }
         if self.tools[tool].cuts_the_same {
             // It takes up its cut anew where it is elsewhere.
             let slot = &mut self.tools[tool];

@@ -37,12 +37,12 @@ impl Lattice {
         Ok(())
     }
 
-    /// The same for a local region, whose parts may be connected outside of it: it looks at all cells. Returns whether a point is embedded anew; nodes and elements
-    /// change with the next [`Lattice::follow`].
+    /// The same for a local region, whose parts may be connected outside of it: it looks at all cells. Nodes and elements change with the next
+    /// [`Lattice::follow`].
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
-    pub(in crate::body) fn rebind_torn_shells(&mut self, model: &Model) -> Result<bool, LatticeError> {
+    pub(in crate::body) fn rebind_torn_shells(&mut self, model: &Model) -> Result<(), LatticeError> {
         let components = self.components(model.surface.points.len())?;
         let embedding = |v: u32| {
             let component = Some(components.of_vertex[v as usize]).filter(|component| *component != NO_COMPONENT)?;
@@ -59,7 +59,7 @@ impl Lattice {
             }
         }
         self.needs_rebuild |= !torn.is_empty();
-        Ok(!torn.is_empty())
+        Ok(())
     }
 
     /// Whether a triangle with a corner in a cut cell has corners in several parts; `part` gives the part of an active cell.
