@@ -52,7 +52,7 @@ pub use blade::{Blade, Stroke};
 pub use error::{Refusal, Refused};
 pub use mesh::CutMesh;
 pub use part::{MeshPart, PartError};
-pub use parts::{Part, Parts};
+pub use parts::{BodyPart, Part, Parts};
 pub use record::Origin;
 pub use write::MATERIAL;
 

@@ -1,11 +1,12 @@
 //! Connected components of a mesh.
 
 use super::mesh::CutMesh;
+use super::record::OPEN;
 
 /// The connected components of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parts {
-    /// Component of each triangle (m); components are numbered in the order of their first triangles.
+    /// Component of each triangle (n); components are numbered in the order of their first triangles.
     pub of: Vec<u32>,
     /// Properties of each component.
     pub all: Vec<Part>,
@@ -22,6 +23,22 @@ pub struct Part {
     pub volume: f64,
     /// Whether it has no border edge.
     pub closed: bool,
+}
+
+/// A connected part of the surface of a closed body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct BodyPart {
+    /// Number of the body in the uncut mesh.
+    pub body: u32,
+    /// Number of the part, in [`CutMesh::parts`].
+    pub part: u32,
+}
+
+impl BodyPart {
+    /// Whether this and another one are different parts of one body.
+    pub fn is_parted_from(self, other: Self) -> bool {
+        self.body == other.body && self.part != other.part
+    }
 }
 
 impl CutMesh {
@@ -58,5 +75,11 @@ impl CutMesh {
             parts.all.push(part);
         }
         parts
+    }
+
+    /// The part of a closed body that each triangle belongs to; `None` for triangles of open surfaces (n).
+    pub fn body_parts(&self) -> Vec<Option<BodyPart>> {
+        let parts = self.parts().of.into_iter().zip(&self.body);
+        parts.map(|(part, body)| (*body != OPEN).then_some(BodyPart { body: *body, part })).collect()
     }
 }

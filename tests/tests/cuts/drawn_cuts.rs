@@ -259,6 +259,5 @@ fn a_drawn_line_parts_the_body_or_it_is_told_what_holds() {
     assert!(silent.is_empty(), "{silent:?}");
     // Where the mesh refuses every strip there is no way around; before the swept area was one, half of the lines left a neck.
     assert!(20 * necks.len() <= drawn, "{} of {drawn}: {necks:?}", necks.len());
-    // That is wrong, and known: bodies that come near themselves share nodes beside the cut, and others too.
-    assert!(4 * joined.len() <= drawn, "{} of {drawn}: {joined:?}", joined.len());
+    assert!(joined.is_empty(), "{} of {drawn}: {joined:?}", joined.len());
 }

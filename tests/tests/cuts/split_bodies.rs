@@ -404,14 +404,15 @@ fn a_slab_that_the_grid_cannot_part_is_told() {
     }
 }
 
-/// Cuts at any angle through a model with legs and ears, in a local region, by a blade that pulls at what it cuts. Points of the surface do not hold a part of it that the
-/// cells let go: in case 17 some of one part are in the cells of another.
+/// Cuts at any angle through a model with legs and ears that come near each other, by a blade that pulls at what it cuts: what the cut has parted in the surface, the
+/// cells of the grid let go. They held it where the blade missed a link between voxels (case 6), where limbs share a cell beside the cut (case 30) or a node of cells
+/// that no corner of a triangle is in (cases 38 and 58), and points where some of one part are in the cells of another (case 17).
 ///
-/// `GRAZE=0..40` prints where cells hold parts larger than a cell together, which is known and wrong.
+/// `GRAZE=0..200` asks for those cases instead.
 #[test]
-fn points_of_a_part_do_not_hold_it() {
-    let asked = asked_cases("GRAZE");
-    for case in asked.clone().unwrap_or(15..19) {
+fn cells_let_go_what_a_cut_has_parted() {
+    let asked = asked_cases("GRAZE").map_or(vec![6, 17, 30, 38, 58], Iterator::collect);
+    for case in asked {
         let random = &mut Random(300 + case);
         let level = 5 + case % 2;
         let down = random.direction();
@@ -432,15 +433,12 @@ fn points_of_a_part_do_not_hold_it() {
         bench.write("model.obj", std::fs::read(root().join("scenes/elephant.obj")).expect("a model"));
         let mut session = open_file(&bench.write("scene.toml", text), 1, None);
         (0..200).for_each(|_| session.step());
-        // Smaller ones may stay with what is beside them.
-        let cell = (0.1 / f64::from(1 << level)).powi(3);
+        // Smaller ones may stay with what is beside them: a thin one is none of a part of 32 voxels, half a cell, that are connected.
+        let least = 2.0 * (0.1 / f64::from(1 << level)).powi(3);
         let mesh = session.bodies[0].cut.as_ref().expect("a cut");
-        let parts = mesh.parts().all.iter().filter(|part| part.volume > cell).count();
+        let parts = mesh.parts().all.iter().filter(|part| part.volume > least).count();
         let _ = session.apply(SessionCommand::SplitBody { body: 0, triangle: None });
         let bodies = session.bodies.len();
-        if bodies < parts {
-            println!("case {case}, level {level}: {parts} parts of the surface larger than a cell, {bodies} bodies");
-        }
-        assert!(asked.is_some() || bodies >= parts, "case {case}: {parts} parts of the surface, {bodies} bodies");
+        assert!(bodies >= parts, "case {case}, level {level}: {parts} parts of the surface, {bodies} bodies");
     }
 }

@@ -80,20 +80,39 @@ impl Body {
 }
 
 impl Body {
-    /// After a cut: has the grid of a local region carry each part of the surface by one part of its own, where it can. A body that is simulated as a whole sees to that
-    /// with every change of its nodes.
+    /// After a cut: has the grid carry each part of a closed surface by a part of its own, where it can. What the blade has missed between voxels is parted by
+    /// where they are, first in cells that it has cut and then in others where parts lie side by side, and points follow their part.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
-    pub(crate) fn rebind_torn_shells(&mut self) -> Result<(), LatticeError> {
-        match &mut self.discretization {
-            Discretization::Lattice(lattice)
-                if lattice.has_cuts() && !lattice.is_whole() && self.model.surface.shells().contains(&1) =>
-            {
-                lattice.rebind_torn_shells(&self.model)
-            }
-            _ => Ok(()),
+    pub(crate) fn part_by_surface(&mut self) -> Result<(), LatticeError> {
+        let Self { cut: Some(mesh), discretization: Discretization::Lattice(lattice), model, .. } = self else {
+            return Ok(());
+        };
+        if !lattice.has_cuts() {
+            return Ok(());
         }
+        let (part_of, edge) = (mesh.body_parts(), lattice.edge());
+        let around = |point: Vec3| mesh.parts_around(point, &part_of);
+        let near = |centre: Vec3| mesh.parts_near(centre, 0.5 * edge, &part_of);
+        let side = |vertex: u32| side_point(mesh, model, vertex, true, edge);
+        let neighbours = |vertex: u32| neighbours(model, vertex);
+        let mut between = Vec::new();
+        while lattice.joins_parts(mesh.surface(), &part_of)? {
+            let cells = lattice.part_by_surface(&between, around, side, neighbours, mesh.as_ref())?;
+            if !cells.is_empty() && !self.samples.is_empty() {
+                Arc::make_mut(&mut self.samples).take_cut(&cells, model, &self.skin, lattice)?;
+            }
+            between = lattice.cells_between_parts(mesh.surface(), &part_of, around, near)?;
+            if between.is_empty() {
+                break;
+            }
+        }
+        // A body that is simulated as a whole sees to that with every change of its nodes.
+        if !lattice.is_whole() {
+            lattice.rebind_torn_shells(model)?;
+        }
+        Ok(())
     }
 
     /// Joins the parts of a cut lattice within `radius` (m) of a rest position (m), where they are within `join` (m) of each other.

@@ -34,6 +34,7 @@ mod reshape;
 mod rest_offsets;
 mod smooth;
 mod state;
+mod surface_parts;
 mod tetrahedral_cells;
 mod torn_triangles;
 mod untangle;

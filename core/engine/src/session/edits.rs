@@ -68,7 +68,7 @@ impl Session {
                 self.fix_layers(time);
             }
             if cut {
-                self.rebind_torn_shells(time);
+                self.part_by_surface(time);
             }
             if cut && edit.splits {
                 self.split_cut_bodies();
@@ -81,9 +81,9 @@ impl Session {
     }
 
     /// What a cut has parted in the surface is carried by parts of the grid of its own.
-    fn rebind_torn_shells(&mut self, time: f64) {
+    fn part_by_surface(&mut self, time: f64) {
         for index in 0..self.bodies.len() {
-            if let Err(error) = self.bodies[index].rebind_torn_shells() {
+            if let Err(error) = self.bodies[index].part_by_surface() {
                 self.freeze(index, time, error.to_string());
             }
         }

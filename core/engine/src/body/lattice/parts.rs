@@ -49,17 +49,7 @@ impl Lattice {
     /// # Errors
     /// Returns the error of the grid plugin.
     pub(in crate::body) fn components(&self, vertices: usize) -> Result<LatticeComponents, LatticeError> {
-        let all = [Ball { centre: self.facts.origin, radius: f64::INFINITY }];
-        let (mut region, mut divided) = (Region::default(), Region::default());
-        self.source.region(self.settings.level, 0, &all, &[], &mut region)?;
-        if self.fragments.is_part() {
-            let present: Vec<bool> = region.cell_id.iter().map(|id| !self.fragments.is_absent(*id)).collect();
-            region.retain_cells(|cell| present[cell]);
-        }
-        if self.has_cuts() {
-            self.fragments.apply(&region, 0, &mut divided);
-            std::mem::swap(&mut region, &mut divided);
-        }
+        let region = self.whole_region()?;
         let mut sets = DisjointSets::new(region.node_id.len());
         for corners in &region.cell_corners {
             corners[1..].iter().for_each(|node| sets.unite(corners[0], *node));
@@ -71,22 +61,52 @@ impl Lattice {
             cell_of_vertex: vec![0; vertices],
             count: 0,
         };
-        let listed = self.source.points(self.settings.level)?;
         for (cell, corners) in region.cell_corners.iter().enumerate() {
             let next = number.len() as u32;
             let component = *number.entry(sets.find(corners[0])).or_insert(next);
-            let fragment =
-                CellFragment { cell: region.cell_id[cell], fragment: usize::from(region.cell_fragment[cell]) };
-            components.cells.push((fragment, component));
-            let [begin, end] = region.cell_points[cell];
-            let points = self.fragments.points(fragment).unwrap_or(&listed[begin as usize..end as usize]);
-            for point in points {
-                components.of_vertex[*point as usize] = component;
-                components.cell_of_vertex[*point as usize] = fragment.cell;
-            }
+            components.cells.push((fragment(&region, cell), component));
         }
+        self.for_points(&region, |cell, point| {
+            let (fragment, component) = components.cells[cell];
+            components.of_vertex[point as usize] = component;
+            components.cell_of_vertex[point as usize] = fragment.cell;
+        })?;
         components.count = number.len() as u32;
         Ok(components)
+    }
+
+    /// All occupied cells and fragments with their nodes.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(super) fn whole_region(&self) -> Result<Region, LatticeError> {
+        let all = [Ball { centre: self.facts.origin, radius: f64::INFINITY }];
+        let mut region = Region::default();
+        self.source.region(self.settings.level, 0, &all, &[], &mut region)?;
+        if self.fragments.is_part() {
+            let present: Vec<bool> = region.cell_id.iter().map(|id| !self.fragments.is_absent(*id)).collect();
+            region.retain_cells(|cell| present[cell]);
+        }
+        if self.has_cuts() {
+            let mut divided = Region::default();
+            self.fragments.apply(&region, 0, &mut divided);
+            region = divided;
+        }
+        Ok(region)
+    }
+
+    /// Calls `visit` with the cells of a region and each of the surface points that are embedded in them.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(super) fn for_points(&self, region: &Region, mut visit: impl FnMut(usize, u32)) -> Result<(), LatticeError> {
+        let listed = self.source.points(self.settings.level)?;
+        for (cell, [begin, end]) in region.cell_points.iter().enumerate() {
+            let of_grid = &listed[*begin as usize..*end as usize];
+            let points = self.fragments.points(fragment(region, cell)).unwrap_or(of_grid);
+            points.iter().for_each(|point| visit(cell, *point));
+        }
+        Ok(())
     }
 
     /// Whether cuts since the last [`Lattice::follow`] have changed the active nodes, so that a call of it is due.
@@ -150,6 +170,11 @@ impl Lattice {
     fn is_cut_cell(&self, fragment: CellFragment) -> bool {
         self.fragments.contains(fragment.cell)
     }
+}
+
+/// A cell of a region as a fragment.
+pub(super) fn fragment(region: &Region, cell: usize) -> CellFragment {
+    CellFragment { cell: region.cell_id[cell], fragment: usize::from(region.cell_fragment[cell]) }
 }
 
 impl PartCells {

@@ -37,8 +37,8 @@ impl Lattice {
         Ok(())
     }
 
-    /// The same for a local region, whose parts may be connected outside of it: it looks at all cells. Nodes and elements change with the next
-    /// [`Lattice::follow`].
+    /// Does what [`Lattice::rebind_torn_triangles`] does for a local region, whose parts may be connected outside of it: it looks at all cells. Nodes and elements
+    /// change with the next [`Lattice::follow`].
     ///
     /// # Errors
     /// Returns the error of the grid plugin.

@@ -14,6 +14,7 @@ mod crossing;
 mod heal;
 mod node_assignment;
 mod part;
+mod part_by_surface;
 mod slivers;
 mod voxel_points;
 mod voxels;
@@ -263,6 +264,12 @@ impl Fragments {
     /// Number of the fragment of a cell that contains a rest position (m) in it.
     pub fn fragment_at(&self, id: u64, point: Vec3) -> usize {
         self.cells.get(&id).map_or(0, |cell| cell.voxels.fragment_at(self.edge, point))
+    }
+
+    /// A rest position (m) in a fragment; `None` in an uncut cell.
+    pub fn place(&self, fragment: CellFragment) -> Option<Vec3> {
+        let voxels = &self.cells.get(&fragment.cell)?.voxels;
+        Some(voxels.points()[voxels.first(fragment.fragment)])
     }
 
     /// Share of its cell's volume that a fragment has, 0 to 1.

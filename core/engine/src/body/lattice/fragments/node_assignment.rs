@@ -1,6 +1,7 @@
 //! Assigns nodes to the corners of fragments: which corners share a node, and which node it is.
 
-use super::{Fragment, Fragments, NewCopy, NodeKey};
+use super::voxels::FaceLink;
+use super::{CutCell, Fragment, Fragments, NewCopy, NodeKey};
 use crate::body::disjoint_sets::DisjointSets;
 use pliant_plugin_api::abi;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -83,8 +84,13 @@ impl Fragments {
                 let is_solid = |voxel: usize| other_cell.is_none_or(|cell| cell.voxels.is_solid(voxel));
                 // A cut cell without common corners with the changed cells keeps its nodes.
                 let is_unchanged = other_cell.is_some() && !classes.first.contains_key(&next);
-                let links = cell.voxels.face(axis);
-                for link in links.filter(|link| !is_unchanged && link.is_connected && is_solid(link.neighbour)) {
+                // Within a sliver: what its pieces have become parts of is not connected by that.
+                let in_sliver = |link: &FaceLink| {
+                    let is_merged = |cell: &CutCell| cell.voxels.is_merged(link.neighbour);
+                    cell.voxels.is_merged(link.voxel) && other_cell.is_some_and(is_merged)
+                };
+                let links = cell.voxels.face(axis).filter(|link| !is_unchanged && !in_sliver(link));
+                for link in links.filter(|link| link.is_connected && is_solid(link.neighbour)) {
                     let own = base + 8 * cell.voxels.fragment(link.voxel) as u32;
                     for (c, d) in common_corners(axis) {
                         let other = match other_cell {

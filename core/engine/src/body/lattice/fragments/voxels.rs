@@ -76,8 +76,14 @@ pub(super) fn next(voxel: usize, axis: usize) -> Option<usize> {
     (index(voxel)[axis] + 1 < SIDE).then(|| voxel + SIDE.pow(axis as u32))
 }
 
+/// The voxel at the other end of a cell along an axis, of one that is first or last.
+pub(super) fn opposite(voxel: usize, axis: usize) -> usize {
+    let step = (SIDE - 1) * SIDE.pow(axis as u32);
+    if index(voxel)[axis] == 0 { voxel + step } else { voxel - step }
+}
+
 /// Squared distance between the centres of two voxels, in voxels.
-fn distance_squared(a: usize, b: usize) -> usize {
+pub(super) fn distance_squared(a: usize, b: usize) -> usize {
     index(a).iter().zip(index(b)).map(|(a, b)| a.abs_diff(b).pow(2)).sum()
 }
 
@@ -155,6 +161,16 @@ impl Voxels {
                 }
             }
         }
+    }
+
+    /// The points of all voxels, m.
+    pub(super) fn points(&self) -> &[Vec3; COUNT] {
+        &self.points.own
+    }
+
+    /// Removes the link of a voxel with the next one along an axis.
+    pub(super) fn part(&mut self, voxel: usize, axis: usize) {
+        self.linked[axis] &= !(1 << voxel);
     }
 
     /// Links again the voxels that were parted within `radius` (m) of a rest position (m). Returns whether there were any.
@@ -265,6 +281,11 @@ impl Voxels {
         self.previous[voxel] as usize
     }
 
+    /// Whether a voxel belonged to a sliver.
+    pub(super) fn is_merged(&self, voxel: usize) -> bool {
+        self.merged >> voxel & 1 == 1
+    }
+
     /// The first solid voxel of a fragment.
     pub(super) fn first(&self, fragment: usize) -> usize {
         (0..COUNT).find(|v| self.is_solid(*v) && self.fragment(*v) == fragment).unwrap_or(0)
@@ -284,7 +305,7 @@ impl Voxels {
     pub(super) fn face(&self, axis: usize) -> impl Iterator<Item = FaceLink> + '_ {
         LAST[axis].iter().map(move |&voxel| FaceLink {
             voxel,
-            neighbour: voxel - (SIDE - 1) * SIDE.pow(axis as u32),
+            neighbour: opposite(voxel, axis),
             is_connected: self.is_connected(voxel, axis),
         })
     }
