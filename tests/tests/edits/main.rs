@@ -12,6 +12,7 @@ mod mirrored_edits;
 mod painted_layers;
 mod painting;
 mod pinned_groups;
+mod repeated_cuts;
 mod sculpt_layers;
 mod stiffness_change;
 mod symmetric_strokes;

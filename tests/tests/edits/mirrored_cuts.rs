@@ -67,6 +67,16 @@ fn a_line_along_the_plane_of_symmetry_cuts_once_and_one_across_twice() {
         assert!(off.abs() < 0.03, "case {case}, at {x} m: the area is off by {off}");
     }
     for case in 0..4 {
+        // Straight across, so that both blades cut one plane from its two ends.
+        let (y, rise) = (0.5 * RADIUS * random.signed(), [0.0, 1e-4][case % 2] * random.signed());
+        let line = [-1.5, 1.5].map(|share| Vec3::new(share * RADIUS, y + share * rise, 0.0));
+        let (alone, mirrored) = (result(&cut_ball(line, false)), result(&cut_ball(line, true)));
+        assert_eq!((alone.0, mirrored.0), (2, 2), "case {case}, at {y} m, {rise}");
+        // Either blade joins its cut to the other one by a strip through the wall, which may wait for three strides.
+        let most = alone.1 + 8.0 * 0.25 * edge * 2.0 * RADIUS;
+        assert!((0.99 * alone.1..most).contains(&mirrored.1), "case {case}, at {y} m, {rise}: {alone:?}, {mirrored:?}");
+    }
+    for case in 0..4 {
         let slope = (0.3 + 0.7 * random.unit()) * if case % 2 == 0 { 1.0 } else { -1.0 };
         let line = [-1.5, 1.5].map(|share| Vec3::new(share * RADIUS, slope * share * RADIUS, 0.0));
         let (alone, mirrored) = (result(&cut_ball(line, false)), result(&cut_ball(line, true)));

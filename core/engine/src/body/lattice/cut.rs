@@ -94,6 +94,11 @@ impl Lattice {
         self.fragments.contains(id)
     }
 
+    /// Whether any parts have been joined again.
+    pub fn is_healed(&self) -> bool {
+        self.fragments.is_healed()
+    }
+
     /// Whether a rest position (m) lies in an occupied cell.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! What a blade sweeps in one body.
 
 use super::rest_blade::mean_displacement;
+use super::slit::Slit;
 use crate::body::Body;
 use pliant_cut::{Blade, Refused, Stroke};
 use pliant_mesh::Surface;
@@ -25,6 +26,8 @@ pub struct BodyStroke {
     pub bridge: Option<Bridge>,
     /// What it has cut right through since it began; `None` before the first cut, and where an end of the blade was inside of the body.
     pub section: Option<Section>,
+    /// The slit of an earlier cut that the blade is in, with the blade before.
+    pub(super) slit: Option<(Slit, Blade)>,
 }
 
 /// A cut through a whole cross-section of a body, as far as the blade tells: it was longer than the body is thick, all along.
@@ -75,7 +78,17 @@ impl BodyStroke {
         let lattice = body.discretization.lattice().filter(|lattice| lattice.is_whole());
         let drift = lattice.map_or_else(Vec3::zeros, |lattice| mean_displacement(lattice, body));
         let stroke = Stroke::begin(blade)?;
-        Ok(Self { stroke, previous: None, tried: blade, mapped: blade, drift, way: 0.0, bridge: None, section: None })
+        Ok(Self {
+            stroke,
+            previous: None,
+            tried: blade,
+            mapped: blade,
+            drift,
+            way: 0.0,
+            bridge: None,
+            section: None,
+            slit: None,
+        })
     }
 
     /// Notes what a solid is like before the first cut of the stroke.

@@ -6,6 +6,7 @@ mod detour;
 mod knife;
 mod rest_blade;
 mod sheet_intersection;
+mod slit;
 mod stroke_end;
 mod sweep;
 

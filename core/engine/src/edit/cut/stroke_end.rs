@@ -150,6 +150,6 @@ impl Knife {
 }
 
 /// Whether a blade in the rest shape passes through nothing of a body.
-fn is_outside(mesh: &CutMesh, blade: &Blade) -> bool {
+pub(super) fn is_outside(mesh: &CutMesh, blade: &Blade) -> bool {
     !mesh.is_crossed(blade.tip, blade.heel) && !mesh.encloses(blade.tip)
 }

@@ -3,8 +3,10 @@
 use super::body_stroke::{BodyStroke, Bridge, count_parts, midpoint, travel};
 use super::cut_step::AdvanceError;
 use super::detour::{Detoured, force, go_around};
+use super::slit::{Origin, Slit, Surroundings};
+use super::stroke_end::is_outside;
 use crate::body::{Body, Discretization, LatticeError};
-use pliant_cut::{Advance, Blade, Refused};
+use pliant_cut::{Advance, Blade, Refused, Stroke};
 use pliant_solver::Vec3;
 
 /// Where a body is cut up to.
@@ -32,6 +34,16 @@ pub struct Swept {
 
 /// Distance from the last advance, in strides, up to which a refused cut waits for the blade to move on.
 const WAIT_STRIDES: f64 = 3.0;
+
+/// Distances from a slit, in cell edges, between which a strip through its walls is tried.
+const THROUGH: [f64; 3] = [0.05, 0.1, 0.2];
+/// Shares of the way to a blade at which it is seen whether what it goes along with has an end there.
+const ON_WAY: [f64; 2] = [0.35, 0.7];
+
+/// A blade on the way from one to another.
+fn between(from: &Blade, to: &Blade, share: f64) -> Blade {
+    Blade { tip: from.tip.lerp(&to.tip, share), heel: from.heel.lerp(&to.heel, share) }
+}
 
 impl Swept {
     /// Has the body adopt an advance of its mesh.
@@ -65,6 +77,89 @@ impl BodyStroke {
     }
 
     fn sweep_anyhow(&mut self, body: &mut Body, to: &SweepTarget) -> Result<Option<Swept>, AdvanceError> {
+        let (Some(mesh), Discretization::Lattice(lattice)) = (&body.cut, &body.discretization) else {
+            return self.sweep_material(body, to);
+        };
+        // A seam that was stitched is cut again.
+        if lattice.is_healed() {
+            return self.sweep_material(body, to);
+        }
+        let (before, edge) = (self.stroke.blade(), lattice.edge());
+        let origin = match &self.slit {
+            Some(_) => Origin::Slit,
+            None if is_outside(mesh, &before) => Origin::Air,
+            None => Origin::Material,
+        };
+        let at = |blade: &Blade| Surroundings::of(mesh, origin, [&before, blade], edge);
+        let is_material = |share: &f64| matches!(at(&between(&before, &to.blade, *share)), Surroundings::Material);
+        let cuts = matches!(origin, Origin::Material);
+        let ends_before = !cuts && ON_WAY.iter().any(is_material);
+        match (self.slit.take(), if ends_before { Surroundings::Material } else { at(&to.blade) }) {
+            (Some(last), Surroundings::Material) => self.leave_slit(body, last, to),
+            (None, Surroundings::Slit(slit)) if cuts => self.enter_slit(body, slit, to),
+            (last, Surroundings::Slit(slit)) => {
+                self.go_along(slit.blade)?;
+                self.slit = Some((slit, last.map_or(slit.blade, |(last, _)| last.blade)));
+                Ok(Some(Swept::default()))
+            }
+            (Some(_), Surroundings::Air) => {
+                self.go_along(to.blade)?;
+                Ok(Some(Swept::default()))
+            }
+            (None, _) => self.sweep_material(body, to),
+        }
+    }
+
+    /// Goes to a blade without cutting.
+    fn go_along(&mut self, blade: Blade) -> Result<(), AdvanceError> {
+        self.stroke = Stroke::begin(blade).map_err(AdvanceError::Refused)?;
+        self.previous = None;
+        // Whether what it goes along with was cut right through is not known.
+        self.section.iter_mut().for_each(|section| section.spans = false);
+        Ok(())
+    }
+
+    /// Cuts up to a slit and through its wall.
+    fn enter_slit(&mut self, body: &mut Body, slit: Slit, to: &SweepTarget) -> Result<Option<Swept>, AdvanceError> {
+        let beyond = slit.beyond(&self.stroke.blade(), THROUGH[0] * body.discretization.edge());
+        let swept = self.sweep_material(body, &SweepTarget { blade: beyond, ..*to })?;
+        self.slit = swept.as_ref().map(|_| (slit, slit.blade));
+        self.section.iter_mut().for_each(|section| section.spans = false);
+        Ok(swept)
+    }
+
+    /// Cuts up to `to` from the slit that the blade was in, by a strip through its walls first.
+    fn leave_slit(
+        &mut self,
+        body: &mut Body,
+        (slit, behind): (Slit, Blade),
+        to: &SweepTarget,
+    ) -> Result<Option<Swept>, AdvanceError> {
+        let (mut swept, edge) = (Swept::default(), body.discretization.edge());
+        self.go_along(slit.blade)?;
+        for distance in THROUGH {
+            let [start, via] = slit.strip_through(&behind, &to.blade, distance * edge);
+            let (Ok(mut trial), Some(mesh)) = (Stroke::begin(start), &mut body.cut) else { continue };
+            if let Ok(advance) = mesh.advance_without_bridges(&mut trial, via) {
+                (self.stroke, self.previous) = (trial, Some(start));
+                swept.take(body, &advance).map_err(AdvanceError::Failed)?;
+                break;
+            }
+        }
+        if !swept.has_cut {
+            let parts = self.bridge.map_or_else(|| count_parts(body), |bridge| bridge.parts);
+            self.bridge.get_or_insert(Bridge { place: midpoint(&slit.blade), width: to.stride, parts });
+        }
+        if let Some(onward) = self.sweep_material(body, to)? {
+            swept.area += onward.area;
+            swept.length += onward.length;
+            swept.has_cut |= onward.has_cut;
+        }
+        Ok(Some(swept))
+    }
+
+    /// Cuts up to `to` through material.
+    fn sweep_material(&mut self, body: &mut Body, to: &SweepTarget) -> Result<Option<Swept>, AdvanceError> {
         let Some(mesh) = &mut body.cut else { return Ok(None) };
         let before = self.stroke.blade();
         // Elements of a sheet are its triangles: what does not meet the end of a cut there is seen to by wider snapping.

@@ -6,10 +6,15 @@ use pliant_solver::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
 impl Fragments {
+    /// Whether any parts have been joined again.
+    pub fn is_healed(&self) -> bool {
+        self.cells.values().any(|cell| cell.is_healed)
+    }
+
     /// Pairs of surface points of what is connected in cut cells through a cell that was healed: enough pairs to tell that their parts of the surface
     /// are one; none where nothing was healed.
     pub fn healed_pairs(&self) -> Vec<[u32; 2]> {
-        if !self.cells.values().any(|cell| cell.is_healed) {
+        if !self.is_healed() {
             return Vec::new();
         }
         let fragments = || self.cells.values().flat_map(|cell| cell.fragments.iter().map(|f| (f, cell.is_healed)));

@@ -86,7 +86,7 @@ impl Fragments {
         around: impl Fn(Vec3) -> Vec<BodyPart>,
         interior: &impl BodyInterior,
     ) -> Result<Vec<u64>, HostError> {
-        if self.cells.values().any(|cell| cell.is_healed) {
+        if self.is_healed() {
             return Ok(Vec::new());
         }
         self.add_cells(grid, level, between, interior)?;
