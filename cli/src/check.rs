@@ -1,7 +1,7 @@
 //! `pliant plugin check`: runs the conformance suite on a library, with a process and a line for each case.
 //!
 //! This process never opens the library: each case runs in a child, so a plugin that crashes or hangs fails its case and nothing else. A
-//! child is this program with `--child list`, which lists the plugins, or `--child INDEX/CASE`, which runs a case; it answers with a line
+//! child is this program with `--child list`, which times the opening and lists the plugins, or `--child INDEX/CASE`, which runs a case; it answers with a line
 //! of JSON.
 
 use crate::args::{CheckArgs, Cli};
@@ -17,13 +17,14 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The one case that is about the library and not about a plugin in it, and its promise.
-const OPENING: (&str, &str) = ("opens-under-100-ms", "a program that lists plugins does not wait for this one");
-/// s, longest time of opening a library
+const OPENING: (&str, &str) =
+    ("opens-under-100-ms", "the library opens in at most 100 ms, so that listing plugins is not delayed by it");
+/// Longest allowed time to open a library, s.
 const OPENING_SECONDS: f64 = 0.1;
 /// Number of times opening is timed; the shortest counts, as a busy machine is not the library's fault.
 const OPENINGS: usize = 3;
 
-/// Runs the suite, or the part of it that a child is for.
+/// Runs the whole suite, or, in a child process, the one task that `--child` gives.
 pub fn check(cli: &Cli, args: &CheckArgs) -> Result<Outcome, Failure> {
     let path = find_library(cli, &args.file)?;
     match &args.child {
@@ -41,7 +42,7 @@ fn find_library(cli: &Cli, file: &Path) -> Result<PathBuf, Failure> {
     Ok(search_path(cli)?.find_trusted(&name, Path::new("."))?.path)
 }
 
-/// In a child: lists the plugins, or runs one case.
+/// In a child: times the opening and lists the plugins, or runs one case.
 fn run_in_child(path: &Path, task: &str) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let library = Library::open(path)?;

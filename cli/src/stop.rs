@@ -7,8 +7,8 @@ use pliant_host::{end_at_once, plugin_calls};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A flag that the first Ctrl-C sets; the second stops the devices and ends the program. Where the handler cannot be installed the first
-/// ends the program; results are whole either way, as they are written under temporary names.
+/// A flag that the first Ctrl-C sets; the second stops the devices and ends the program. If the handler cannot be installed, the
+/// first ends the program. No results are left in part either way: files are written under temporary names first.
 pub fn stop_flag() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let handler = Arc::clone(&stop);
@@ -21,7 +21,7 @@ pub fn stop_flag() -> Arc<AtomicBool> {
     stop
 }
 
-/// The stop of a run: the first Ctrl-C ends the step under way, or, while the scene is still being opened, the program; the second ends the program
+/// The stop of a run: the first Ctrl-C cancels the step under way, or ends the program if the scene is still being opened; the second ends the program
 /// at once.
 pub struct RunStop {
     flag: Arc<AtomicBool>,
@@ -43,7 +43,7 @@ impl RunStop {
         Self { flag, has_begun }
     }
 
-    /// From now on a stop ends the step of the session that is under way.
+    /// From now on a stop cancels the current step of the session.
     pub fn begin(&self, session: &mut Session) {
         session.cancel_when(CancelToken::of(Arc::clone(&self.flag)));
         self.has_begun.store(true, Ordering::Relaxed);

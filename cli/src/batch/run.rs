@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 /// Time from one line of progress to the next, where standard error is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(30);
 
-/// Runs a sweep or a shard of it, says what it would take, or does edits as a child of such a run.
+/// Runs a sweep or a shard of it, prints an estimate of its cost, or runs single edits as a child of such a run.
 pub fn run_sweep(cli: &Cli, args: &BatchRunArgs, file: &Path) -> Result<Outcome, Failure> {
     let sweep = Sweep::read(file)?;
     let folder = out_folder(args.out.as_ref(), file);
@@ -62,7 +62,7 @@ pub fn run_sweep(cli: &Cli, args: &BatchRunArgs, file: &Path) -> Result<Outcome,
     })
 }
 
-/// Does the edits that standard input names, within the sweep's limit of memory. Ctrl-C is the parent's to handle, which then ends the input.
+/// Runs the edits named on standard input, within the memory limit of the sweep. The parent handles Ctrl-C and then closes this input.
 fn serve_edits(sweep: &Sweep, folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let _ = ctrlc::set_handler(|| {});
     #[cfg(unix)]
@@ -85,7 +85,7 @@ fn child_command() -> io::Result<impl Fn() -> Command + Send + Sync + 'static> {
     })
 }
 
-/// Says what a sweep will take.
+/// Prints the estimated time, storage and memory of a sweep.
 fn dry_run(cli: &Cli, sweep: &Sweep, options: &RunOptions) -> Result<Outcome, Failure> {
     let jobs = match options.jobs {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
@@ -108,7 +108,7 @@ fn estimate_text(sweep: &Sweep, estimate: &Estimate, shard: Shard) -> String {
     }];
     let [open, steps, all] = [estimate.open_seconds, estimate.step_seconds, estimate.seconds].map(format_seconds);
     lines.push(format!(
-        "about {all} with {} at a time: {steps} of steps under a tool and {open} of opening each, by {} that were opened",
+        "about {all} with {} at a time; each takes {open} to open and {steps} for its steps with a tool in contact (measured on {})",
         estimate.jobs,
         count(estimate.opened, "edit")
     ));

@@ -6,7 +6,7 @@ use pliant_engine::scene::{Scene, SceneError, Source, load_text};
 use serde_json::Value;
 use std::path::PathBuf;
 
-/// One edit of a sweep.
+/// One edit of a sweep: a run of a base scene with a model and settings of its own.
 #[derive(Clone, Debug)]
 pub struct Edit {
     /// Index in the sweep, from 0.
@@ -19,7 +19,7 @@ pub struct Edit {
     pub settings: Vec<(String, String)>,
     /// Cells of the table for the scene, the model and the parameters.
     pub cells: Vec<Value>,
-    /// Number of the repetition, for repetitions that have equal scenes.
+    /// Number of the repetition if repetitions have equal scenes, else `None`.
     pub(crate) repeat: Option<u64>,
 }
 
@@ -27,7 +27,7 @@ pub struct Edit {
 pub struct Resolved {
     /// The edit as the sweep lists it, with its parameters.
     pub edit: Edit,
-    /// Digest that the edit is known by.
+    /// Digest that identifies the edit.
     pub key: EditKey,
     /// Its scene, or the error of reading it.
     pub scene: Result<(Scene, Source), SceneError>,

@@ -35,7 +35,7 @@ impl Springs<'_> {
     }
 }
 
-/// Computes the energy of a call's springs, J: the sum of `k/2 (l - l0)^2`.
+/// Computes the total energy of the springs, J: the sum of `k/2 (l - l0)^2`.
 pub struct Energy<'a>(pub Springs<'a>);
 
 impl WithSimd for Energy<'_> {
@@ -43,7 +43,7 @@ impl WithSimd for Energy<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        // One partial sum per spring index modulo 8, whatever the number of lanes, so that the bytes do not depend on the vector unit.
+        // One partial sum per spring index modulo `LANES`, whatever the width of a register, so that the result is bitwise equal on all vector units.
         let mut sums = [Wide(simd.splat_f64s(0.0), simd); LANES];
         for e in (0..self.0.ends.len()).step_by(LANES) {
             for (i, sum) in sums[..LANES / S::F64_LANES].iter_mut().enumerate() {

@@ -1,8 +1,8 @@
 //! Classification of cells: empty, surface or inside.
 //!
 //! Surface cells are those a triangle touches. The others are classified by the winding number of the surface around their centres. Two
-//! simpler rules fail: a flood fill from outside leaks in through the smallest hole, and parity makes a void of the overlap of two
-//! closed parts.
+//! simpler rules fail: a flood fill from outside leaks in through the smallest hole, and the parity of crossings takes the overlap of
+//! two closed parts for empty.
 
 use crate::crossings::mark_inside;
 use crate::lattice::Lattice;
@@ -14,7 +14,7 @@ pub(crate) const EMPTY: u8 = abi::CELL_EMPTY as u8;
 pub(crate) const SURFACE: u8 = abi::CELL_SURFACE as u8;
 pub(crate) const INSIDE: u8 = abi::CELL_INSIDE as u8;
 
-/// The state of every cell of the finest level, by id.
+/// The state of every cell of the finest level, at `i + m (j + m k)` for `m` cells per axis.
 pub(crate) fn classify(surface: &ScaledSurface<'_>, lattice: &Lattice) -> Vec<u8> {
     let m = lattice.cells as usize;
     let mut states = vec![EMPTY; m * m * m];
@@ -26,9 +26,9 @@ pub(crate) fn classify(surface: &ScaledSurface<'_>, lattice: &Lattice) -> Vec<u8
     states
 }
 
-/// The states of the next coarser level, with `cells` per axis: inside or empty where all eight children are, else surface. So a parent
-/// is occupied if a child is, and the boundary the winding number draws across a hole, where inside and empty children meet without
-/// a triangle, is surface.
+/// The states of the next coarser level, with `cells` per axis: inside or empty where all eight children are, else surface. So a
+/// parent with a child that is not empty is not empty either. Across a hole, inside and empty children meet without a triangle; their
+/// parent is surface.
 pub(crate) fn coarsen(children: &[u8], cells: u32) -> Vec<u8> {
     let (m, n) = (cells as usize, 2 * cells as usize);
     let mut states = Vec::with_capacity(m * m * m);

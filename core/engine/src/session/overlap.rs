@@ -1,4 +1,4 @@
-//! Bodies that do not meet each other and whose bounding boxes overlap: warnings, at the start and during a run.
+//! Warnings for bodies whose bounding boxes overlap although contact between them is not simulated, at the start and during a run.
 
 use super::Session;
 use super::warning::{Warning, WarningCode};
@@ -61,7 +61,7 @@ const TEST_INTERVAL: u64 = 16;
 #[derive(Default)]
 pub(super) struct OverlapDetection {
     bodies: Vec<Extended>,
-    /// Pairs that are known to overlap.
+    /// Pairs that need no more tests: handled elsewhere, or already warned of.
     known: Vec<[usize; 2]>,
     pub(super) warnings: Vec<Warning>,
 }

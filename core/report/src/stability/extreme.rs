@@ -1,4 +1,4 @@
-//! Values at the ends of what is allowed and beyond: the state of the run beside the required one.
+//! Runs with settings at and beyond the limits of their allowed ranges: the state of each is compared with the required one.
 
 use super::catalogue::ExtremeCase;
 use super::state::{ClassifiedRun, RunState, run_and_classify};
@@ -40,6 +40,7 @@ fn measure(case: &ExtremeCase, inputs: Inputs<'_>, mut row: Row, context: &mut R
         }
         Err(error) => error.to_string().lines().next().unwrap_or_default().to_owned(),
     };
+    // "bounded" accepts every state but growing and refused; any other word is the name of the one required state.
     let as_required = match case.expect.as_str() {
         "bounded" => state != RunState::Growing && state != RunState::Refused,
         name => name == row.state,

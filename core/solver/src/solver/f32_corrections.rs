@@ -2,7 +2,7 @@
 //!
 //! An iteration is bound by memory bandwidth, and single precision halves the traffic. The unknown is a correction, so its rounding does not
 //! limit the accuracy of the solution: [`crate::solver`] computes the residual in double precision and requests corrections until it is small
-//! enough (iterative refinement: Wilkinson 1963). Matrix and residual are scaled by powers of two, so that no unit underflows.
+//! enough (iterative refinement: Wilkinson 1963). Matrix and residual are scaled by powers of two, so that nothing underflows in any units.
 
 use super::block_jacobi::BlockInverses;
 use super::constrained_nodes::ConstrainedNode;
@@ -198,8 +198,8 @@ impl F32Corrections {
 
     /// Loads a filtered residual (n x 3) with its squared norm. Returns `r . P r`.
     pub fn apply_preconditioner(&mut self, pool: &Pool, r: &[Vec3], squares: f64) -> f64 {
-        let quadratic_form = squares.sqrt();
-        self.scale = if quadratic_form.is_normal() { power_of_two(quadratic_form) } else { 1.0 };
+        let norm = squares.sqrt();
+        self.scale = if norm.is_normal() { power_of_two(norm) } else { 1.0 };
         let down = 1.0 / self.scale;
         pool.par_chunks(self.r.vectors_mut(), CHUNK, &|first, to| {
             widest(ScaledBySixteen { scale: down, r: &r[LANES * first..], to })
