@@ -6,7 +6,7 @@ use super::record::OPEN;
 /// The connected components of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parts {
-    /// Component of each triangle (n); components are numbered in the order of their first triangles.
+    /// Component of each triangle (m); components are numbered in the order of their first triangles.
     pub of: Vec<u32>,
     /// Properties of each component.
     pub all: Vec<Part>,
@@ -77,7 +77,7 @@ impl CutMesh {
         parts
     }
 
-    /// The part of a closed body that each triangle belongs to; `None` for triangles of open surfaces (n).
+    /// The part of a closed body that each triangle belongs to; `None` for triangles of open surfaces (m).
     pub fn body_parts(&self) -> Vec<Option<BodyPart>> {
         let parts = self.parts().of.into_iter().zip(&self.body);
         parts.map(|(part, body)| (*body != OPEN).then_some(BodyPart { body: *body, part })).collect()

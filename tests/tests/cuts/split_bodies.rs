@@ -433,7 +433,7 @@ fn cells_let_go_what_a_cut_has_parted() {
         bench.write("model.obj", std::fs::read(root().join("scenes/elephant.obj")).expect("a model"));
         let mut session = open_file(&bench.write("scene.toml", text), 1, None);
         (0..200).for_each(|_| session.step());
-        // Smaller ones may stay with what is beside them: a thin one is none of a part of 32 voxels, half a cell, that are connected.
+        // Smaller ones may stay with what is beside them: the voxels of a thin part need not be connected, and fewer than 32, half a cell, are merged.
         let least = 2.0 * (0.1 / f64::from(1 << level)).powi(3);
         let mesh = session.bodies[0].cut.as_ref().expect("a cut");
         let parts = mesh.parts().all.iter().filter(|part| part.volume > least).count();

@@ -1,5 +1,6 @@
 //! The palette of edits, what it keeps, and how it is taken back.
 
+mod ball_cuts;
 mod clay;
 mod drafted_tools;
 mod dragging;

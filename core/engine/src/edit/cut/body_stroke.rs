@@ -26,8 +26,8 @@ pub struct BodyStroke {
     pub bridge: Option<Bridge>,
     /// What it has cut right through since it began; `None` before the first cut, and where an end of the blade was inside of the body.
     pub section: Option<Section>,
-    /// The slit of an earlier cut that the blade is in, with the blade before.
-    pub(super) slit: Option<(Slit, Blade)>,
+    /// The slit of an earlier cut that the blade is in.
+    pub(super) slit: Option<Slit>,
 }
 
 /// A cut through a whole cross-section of a body, as far as the blade tells: it was longer than the body is thick, all along.

@@ -34,6 +34,8 @@ pub enum Origin {
 pub struct Slit {
     /// The blade, moved onto the walls of the cut.
     pub blade: Blade,
+    /// The blade before in the same slit, or else this one.
+    pub behind: Blade,
     /// Unit normal of the strip to the blade.
     normal: Vec3,
     /// Largest distance of a point of the moved blade from the walls, m.
@@ -81,7 +83,8 @@ impl Surroundings {
         }
         let mean = heights.iter().sum::<f64>() / heights.len() as f64;
         let spread = heights.iter().fold(0.0_f64, |spread, height| spread.max((height - mean).abs()));
-        Self::Slit(Slit { blade: to.moved(-mean * normal), normal, spread })
+        let blade = to.moved(-mean * normal);
+        Self::Slit(Slit { blade, behind: blade, normal, spread })
     }
 }
 
@@ -91,10 +94,10 @@ impl Slit {
         self.blade.moved(-self.side(from) * (distance + self.spread) * self.normal)
     }
 
-    /// A strip through the slit, which begins on one side at the blade `behind` and ends on the side of `to`, both at a `distance` (m) from its walls.
-    pub fn strip_through(&self, behind: &Blade, to: &Blade, distance: f64) -> [Blade; 2] {
+    /// A strip through the slit, which begins on one side at the blade before and ends on the side of `to`, both at a `distance` (m) from its walls.
+    pub fn strip_through(&self, to: &Blade, distance: f64) -> [Blade; 2] {
         let aside = self.side(to) * (distance + self.spread) * self.normal;
-        [behind.moved(-aside), self.blade.moved(aside)]
+        [self.behind.moved(-aside), self.blade.moved(aside)]
     }
 
     /// The side of the slit that a blade is on, 1 or -1.

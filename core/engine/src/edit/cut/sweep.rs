@@ -97,9 +97,10 @@ impl BodyStroke {
         match (self.slit.take(), if ends_before { Surroundings::Material } else { at(&to.blade) }) {
             (Some(last), Surroundings::Material) => self.leave_slit(body, last, to),
             (None, Surroundings::Slit(slit)) if cuts => self.enter_slit(body, slit, to),
-            (last, Surroundings::Slit(slit)) => {
+            (last, Surroundings::Slit(mut slit)) => {
                 self.go_along(slit.blade)?;
-                self.slit = Some((slit, last.map_or(slit.blade, |(last, _)| last.blade)));
+                slit.behind = last.map_or(slit.blade, |last| last.blade);
+                self.slit = Some(slit);
                 Ok(Some(Swept::default()))
             }
             (Some(_), Surroundings::Air) => {
@@ -123,22 +124,17 @@ impl BodyStroke {
     fn enter_slit(&mut self, body: &mut Body, slit: Slit, to: &SweepTarget) -> Result<Option<Swept>, AdvanceError> {
         let beyond = slit.beyond(&self.stroke.blade(), THROUGH[0] * body.discretization.edge());
         let swept = self.sweep_material(body, &SweepTarget { blade: beyond, ..*to })?;
-        self.slit = swept.as_ref().map(|_| (slit, slit.blade));
+        self.slit = swept.as_ref().map(|_| slit);
         self.section.iter_mut().for_each(|section| section.spans = false);
         Ok(swept)
     }
 
     /// Cuts up to `to` from the slit that the blade was in, by a strip through its walls first.
-    fn leave_slit(
-        &mut self,
-        body: &mut Body,
-        (slit, behind): (Slit, Blade),
-        to: &SweepTarget,
-    ) -> Result<Option<Swept>, AdvanceError> {
+    fn leave_slit(&mut self, body: &mut Body, slit: Slit, to: &SweepTarget) -> Result<Option<Swept>, AdvanceError> {
         let (mut swept, edge) = (Swept::default(), body.discretization.edge());
         self.go_along(slit.blade)?;
         for distance in THROUGH {
-            let [start, via] = slit.strip_through(&behind, &to.blade, distance * edge);
+            let [start, via] = slit.strip_through(&to.blade, distance * edge);
             let (Ok(mut trial), Some(mesh)) = (Stroke::begin(start), &mut body.cut) else { continue };
             if let Ok(advance) = mesh.advance_without_bridges(&mut trial, via) {
                 (self.stroke, self.previous) = (trial, Some(start));

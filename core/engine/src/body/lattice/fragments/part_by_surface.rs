@@ -94,7 +94,7 @@ impl Fragments {
         self.cells.iter().for_each(|(id, cell)| places.add(*id, &cell.voxels, &around));
         let mut near = Vec::new();
         for (id, cell) in &mut self.cells {
-            if places.part(*id, cell) || between.contains(id) {
+            if places.part(*id, cell) || between.binary_search(id).is_ok() {
                 cell.voxels.label();
                 near.push(*id);
             }
