@@ -4,7 +4,7 @@ use super::mesh::CutMesh;
 use super::parts::BodyPart;
 use super::record::OPEN;
 use super::solid::{RAYS, crossing, end};
-use pliant_mesh::geometry::{Vec3, closest_point};
+use pliant_mesh::geometry::Vec3;
 use std::collections::BTreeSet;
 
 impl CutMesh {
@@ -17,22 +17,6 @@ impl CutMesh {
             }
         });
         found
-    }
-
-    /// The nearest point of a cut surface within `reach` of a point (both in m), and the unit normal there.
-    pub fn nearest_cap(&self, point: Vec3, reach: f64) -> Option<(Vec3, Vec3)> {
-        let mut nearest: Option<(f64, Vec3, u32)> = None;
-        self.tree.near(point, reach, |triangle| {
-            if self.is_cap(triangle) {
-                let closest = closest_point(point, self.corners_of(triangle)).point;
-                let distance = (closest - point).norm();
-                if distance <= nearest.map_or(reach, |(least, ..)| least) {
-                    nearest = Some((distance, closest, triangle));
-                }
-            }
-        });
-        let (_, closest, triangle) = nearest?;
-        Some((closest, self.cross(triangle).try_normalize(0.0)?))
     }
 
     /// Whether a point (m) is inside of a closed body.

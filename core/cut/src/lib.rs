@@ -23,6 +23,7 @@
 mod advance;
 mod blade;
 mod cap;
+mod cap_point;
 pub mod carve;
 mod cut_edges;
 mod enclosure;
@@ -49,6 +50,7 @@ mod write;
 
 pub use advance::Advance;
 pub use blade::{Blade, Stroke};
+pub use cap_point::CapPoint;
 pub use error::{Refusal, Refused};
 pub use mesh::CutMesh;
 pub use part::{MeshPart, PartError};

@@ -5,6 +5,8 @@ mod cut_parts;
 mod cutting;
 mod cutting_physics;
 mod drawn_cuts;
+mod drawn_line;
+mod drawn_twice;
 mod fast_cuts;
 mod fragments;
 mod seams;

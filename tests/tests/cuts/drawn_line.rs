@@ -1,0 +1,234 @@
+//! Lines that a hand draws across generated bodies, in which everything follows from a number.
+
+use nalgebra::{Rotation3, UnitQuaternion};
+use pliant_cut::{Blade, CutMesh, Stroke};
+use pliant_editor::{Draft, DraftMaterial, PaintStroke, SOLIDS, stroke_button};
+use pliant_engine::body::Body;
+use pliant_engine::edit::KINDS;
+use pliant_engine::scene::Release;
+use pliant_engine::session::{HandPose, Session};
+use pliant_mesh::testing::{Random, scan};
+use pliant_mesh::{ObjDocument, Surface, generate};
+use pliant_plugin_api::abi::Ball;
+use pliant_solver::Vec3;
+use pliant_tests::{Bench, open_drafted};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::ops::RangeInclusive;
+
+const SOLIDS_OF: [&str; 3] = ["mass-spring", "neo-hookean", "corotational"];
+/// Longest edge of a body's bounding box, m.
+const SIZE: f64 = 0.1;
+/// Volume of a part of the surface, in cells, above which the lattice has a part of its own for it: two of the smallest that it parts.
+const LEAST_CELLS: f64 = 1.0;
+/// Radius of an editor's tool on such a body, m.
+const RADIUS: f64 = 0.04 * SIZE;
+
+/// A line drawn across a body: everything about it follows from its number.
+#[derive(Debug)]
+#[allow(dead_code, reason = "the kind of body is read in messages")]
+pub struct DrawnCut {
+    body: &'static str,
+    level: u32,
+    /// Whether all of the body is simulated, so that it floats.
+    pub is_whole: bool,
+    plugin: &'static str,
+    /// Pa
+    young: f64,
+    /// Ends of the tip's path, m
+    pub line: [Vec3; 2],
+    /// From tip to heel.
+    back: Vec3,
+    /// Distance between two samples of the hand, m
+    jump: f64,
+    /// Steps before the button, and with the button at the end of the line.
+    waits: [u32; 2],
+}
+
+/// A ring about z of 40 x 16 quads, m.
+fn torus(random: &mut Random) -> ObjDocument {
+    let (around, across) = (40, 16);
+    let (major, minor) = (0.035, 0.008 + 0.006 * random.unit());
+    let mut text = String::new();
+    for i in 0..around {
+        for j in 0..across {
+            let [(s, c), (t, d)] = [(i, around), (j, across)]
+                .map(|(i, n)| (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos());
+            let r = major + minor * d;
+            writeln!(text, "v {} {} {}", r * c, r * s, minor * t).expect("text");
+        }
+    }
+    for i in 0..around {
+        for j in 0..across {
+            let v = |i: i32, j: i32| (i % around) * across + j % across + 1;
+            writeln!(text, "f {} {} {} {}", v(i, j), v(i + 1, j), v(i + 1, j + 1), v(i, j + 1)).expect("text");
+        }
+    }
+    pliant_mesh::testing::document(&text)
+}
+
+/// The document with its points moved.
+fn moved(document: &ObjDocument, to: impl Fn(Vec3) -> Vec3) -> ObjDocument {
+    let points: Vec<Vec3> = document.positions().iter().map(|p| to(*p)).collect();
+    let mut text = Vec::new();
+    document.write(&points, None, &mut text).expect("written");
+    pliant_mesh::testing::document(&String::from_utf8(text).expect("text"))
+}
+
+/// A body whose longest edge is [`SIZE`], about the origin.
+fn model(kind: &str, random: &mut Random) -> ObjDocument {
+    let document = match kind {
+        "ball" => generate::sphere(16, 0.05).expect("a ball"),
+        "ellipsoid" => {
+            let [a, b] = [0.3 + 0.7 * random.unit(), 0.3 + 0.7 * random.unit()];
+            moved(&generate::sphere(14, 0.05).expect("a ball"), |p| Vec3::new(p.x, a * p.y, b * p.z))
+        }
+        "box" => generate::cuboid(12, [0.1, 0.04 + 0.06 * random.unit(), 0.03 + 0.07 * random.unit()]).expect("a box"),
+        "ring" => torus(random),
+        _ => scan(random.below(2) as u32, 2500, 0, random.next_u64()).document(),
+    };
+    let bounds = Surface::from_document(&document).bounds();
+    let extent = bounds.max - bounds.min;
+    let scale = SIZE / extent.max();
+    moved(&document, |p| scale * (p - bounds.centre()))
+}
+
+impl DrawnCut {
+    /// The case of a number, and the model that is cut, at one of the levels.
+    pub fn new(number: u64, levels: &RangeInclusive<u32>) -> (Self, ObjDocument) {
+        let random = &mut Random(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x6b6e_6966);
+        let body = random.pick(&["ball", "ellipsoid", "box", "ring", "lump"]);
+        let document = model(body, random);
+        let is_whole = random.unit() < 0.3;
+        let finest = if is_whole { 5 } else { *levels.end() };
+        let level = levels.start() + random.below(u64::from(finest - levels.start() + 1)) as u32;
+        let back = random.direction();
+        let along = back.cross(&random.direction()).normalize();
+        let aside = back.cross(&along);
+        let points = Surface::from_document(&document).points;
+        let reach = |axis: Vec3| {
+            points.iter().map(|p| p.dot(&axis)).fold([f64::INFINITY, -f64::INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+        };
+        let [low, high] = reach(aside);
+        let offset = low + (high - low) * (0.2 + 0.6 * random.unit());
+        let [start, end] = reach(along);
+        let mut beside = || 0.001 + 0.02 * random.unit();
+        let (before, after) = (beside(), beside());
+        // The tip is a model's size behind the body's middle, as in the window.
+        let at = |along_by: f64| offset * aside + along_by * along - SIZE * back;
+        let jump = 0.0005 * 48_f64.powf(random.unit());
+        let case = Self {
+            body,
+            level,
+            is_whole,
+            plugin: random.pick(&SOLIDS_OF),
+            young: 5e3 * 200_f64.powf(random.unit()),
+            line: [at(start - before), at(end + after)],
+            back,
+            jump,
+            waits: [1 + random.below(5) as u32, random.below(4) as u32],
+        };
+        (case, document)
+    }
+
+    /// Number of parts that the drawn areas leave of the body at rest, each of them in one advance; `None` where the geometry is refused, or one separates nothing.
+    pub fn expected(&self, session: &Session, lines: &[[Vec3; 2]]) -> Option<u32> {
+        let model = &session.bodies[0].model;
+        let mut mesh = CutMesh::of_surface(&model.document, model.surface.clone(), &model.placement, false);
+        let blade = |tip: Vec3| Blade { tip, heel: tip + 4.0 * SIZE * self.back };
+        let mut parts = 1;
+        for [start, end] in lines {
+            let mut stroke = Stroke::begin(blade(*start)).ok()?;
+            mesh.advance(&mut stroke, blade(*end)).ok()?;
+            let before = std::mem::replace(&mut parts, count(mesh.surface()));
+            if parts <= before {
+                return None;
+            }
+        }
+        Some(parts)
+    }
+
+    /// A line that crosses the drawn one within the body, at 0.1 rad or more.
+    pub fn crossing(&self, number: u64) -> [Vec3; 2] {
+        let random = &mut Random(number ^ 0x0063_726f_7373);
+        let [start, end] = self.line;
+        let crossed_at = start.lerp(&end, 0.3 + 0.4 * random.unit());
+        let angle = (0.1 + 1.4 * random.unit()) * random.signed().signum();
+        let along = Rotation3::new(angle * self.back) * (end - start).normalize();
+        [-1.2, 1.2].map(|side| crossed_at + side * SIZE * along)
+    }
+
+    /// A session of an editor with the model, where strokes can be undone.
+    pub fn open(&self, bench: &Bench, document: &ObjDocument) -> Session {
+        bench.write("model.obj", document.bytes());
+        let preset = SOLIDS.iter().find(|preset| preset.name == "flesh").expect("a preset");
+        let preset = pliant_editor::SolidPreset { young: self.young, ..*preset };
+        let material = DraftMaterial::Solid { plugin: self.plugin.into(), preset, level: self.level };
+        let mesh = bench.path("model.obj");
+        let draft = Draft { mesh, scale: 1.0, size: SIZE, subdivide: false, material, dt: 1e-3 };
+        let mut scene = draft.to_toml(&bench.path(""));
+        if self.is_whole {
+            let line = format!("level = {}", self.level);
+            assert!(scene.contains(&line), "{scene}");
+            scene = scene.replace(&line, &format!("{line}\nregion = \"whole\""));
+        }
+        let mut session = open_drafted(&bench.write("scene.toml", scene));
+        session.keep_history();
+        session
+    }
+
+    /// Draws the line as a window does that shows a simulation slower than the hand.
+    pub fn draw(&self, session: &mut Session, [start, end]: [Vec3; 2]) {
+        let cut = KINDS.iter().find(|kind| kind.name() == "cut").expect("a kind");
+        let button = 1 << stroke_button(*cut, Release::Keep, PaintStroke::default());
+        let rotation = Rotation3::rotation_between(&Vec3::z(), &self.back).expect("no half turn");
+        let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+        let mut sample = |position: Vec3, buttons: u32| {
+            session.place_hand(0, Some(HandPose { position, rotation, buttons }));
+            session.step();
+            session.frame().tools[0].hand
+        };
+        let steps = ((end - start).norm() / self.jump).ceil().max(1.0) as u32;
+        while (sample(start, 0) - start).norm() > 0.2 * RADIUS {}
+        (0..self.waits[0]).for_each(|_| _ = sample(start, 0));
+        let mut hand = start;
+        (1..=steps).for_each(|step| hand = sample(start.lerp(&end, f64::from(step) / f64::from(steps)), button));
+        // The hand of the session is no faster than its limit, and the button is held until it has all but arrived.
+        while (hand - end).norm() > 0.2 * RADIUS {
+            hand = sample(end, button);
+        }
+        (0..self.waits[1]).for_each(|_| _ = sample(end, button));
+        (0..3).for_each(|_| _ = sample(end, 0));
+    }
+}
+
+/// Number of connected parts of a surface.
+pub fn count(surface: &Surface) -> u32 {
+    surface.shells().iter().max().map_or(0, |last| last + 1)
+}
+
+/// Pairs of parts of the surface, each of them larger than [`LEAST_CELLS`], that one part of the lattice carries.
+pub fn joined_in_lattice(body: &mut Body) -> usize {
+    // Everything is active for this.
+    if !body.discretization.is_whole() {
+        let Body { model, skin, system, discretization, fixings, .. } = &mut *body;
+        let ball = Ball { centre: [0.0; 3], radius: 4.0 * SIZE };
+        discretization.follow(&[ball], model, fixings, skin, system).expect("a region");
+    }
+    let (Some(mesh), Some(lattice)) = (&body.cut, body.discretization.lattice()) else { return 0 };
+    let parts = lattice.parts();
+    let part = |v: u32| parts[lattice.region().cell_corners[body.skin.cell[v as usize] as usize][0] as usize];
+    let least = LEAST_CELLS * lattice.edge().powi(3);
+    let shells = mesh.parts();
+    let mut carriers: Vec<BTreeMap<u32, usize>> = vec![BTreeMap::new(); shells.all.len()];
+    for (corners, shell) in mesh.surface().triangles.iter().zip(&shells.of) {
+        corners.iter().for_each(|v| *carriers[*shell as usize].entry(part(*v)).or_default() += 1);
+    }
+    let most = |carrier: &BTreeMap<u32, usize>| carrier.iter().max_by_key(|(_, count)| **count).map(|(part, _)| *part);
+    let mut carriers: Vec<_> =
+        carriers.iter().zip(&shells.all).filter(|(_, p)| p.volume > least).map(|(c, _)| most(c)).collect();
+    let count = carriers.len();
+    carriers.sort_unstable();
+    carriers.dedup();
+    count - carriers.len()
+}

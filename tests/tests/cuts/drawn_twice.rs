@@ -1,0 +1,85 @@
+//! Two lines drawn across a body one after the other: they cross, or the second goes along with the first.
+//!
+//! `CROSSED=0..100` and `AGAIN=0..100 cargo test --release -p pliant-tests --test cuts drawn_twice` draw those cases in place of the fixed ones.
+
+#![allow(clippy::print_stdout, reason = "what failed, and the count")]
+
+use crate::drawn_line::{DrawnCut, count, joined_in_lattice};
+use pliant_engine::session::EventKind;
+use pliant_tests::{Bench, asked_cases};
+
+#[test]
+fn a_line_that_crosses_a_cut_parts_what_lies_on_both_sides() {
+    let (asked, mut drawn) = (asked_cases("CROSSED"), 0);
+    let (mut necks, mut silent, mut joined) = (Vec::new(), Vec::new(), Vec::new());
+    // Finer grids take minutes.
+    let levels = if asked.is_some() { 4..=7 } else { 4..=5 };
+    for number in asked.unwrap_or(0..10) {
+        let bench = Bench::new();
+        let (case, document) = DrawnCut::new(number, &levels);
+        let mut session = case.open(&bench, &document);
+        let crossing = case.crossing(number);
+        let Some(expected) = case.expected(&session, &[case.line, crossing]) else { continue };
+        drawn += 1;
+        case.draw(&mut session, case.line);
+        case.draw(&mut session, crossing);
+        let parts = count(&session.bodies[0].model.surface);
+        let told = session.events.count(EventKind::CutHeld);
+        if parts < expected {
+            necks.push(number);
+            if told == 0 {
+                silent.push(number);
+            }
+        }
+        if parts != expected {
+            println!("{number}: {parts} of {expected} parts, {told} told: {case:?}, crossed along {crossing:?}");
+        }
+        let pairs = joined_in_lattice(&mut session.bodies[0]);
+        if pairs > 0 {
+            joined.push(number);
+            println!("{number}: {parts} of {expected} parts, {pairs} of them joined in the lattice: {case:?}");
+        }
+        assert!(session.undo() && session.undo(), "{number}");
+        assert_eq!(count(&session.bodies[0].model.surface), 1, "{number}: two undos take both strokes back");
+    }
+    println!("{} of {drawn} lines leave a neck: {necks:?}; {} of them without a word", necks.len(), silent.len());
+    println!("{} of {drawn} lines leave parts of the surface that the lattice joins: {joined:?}", joined.len());
+    assert!(silent.is_empty(), "{silent:?}");
+    assert!(10 * necks.len() <= drawn, "{} of {drawn}: {necks:?}", necks.len());
+    assert!(20 * joined.len() <= drawn, "{} of {drawn}: {joined:?}", joined.len());
+}
+
+#[test]
+fn a_line_that_is_drawn_again_leaves_no_crumbs() {
+    let (asked, mut drawn) = (asked_cases("AGAIN"), 0);
+    let (mut crumbled, mut wandered) = (Vec::new(), Vec::new());
+    for number in asked.unwrap_or(0..14) {
+        let bench = Bench::new();
+        let (case, document) = DrawnCut::new(number, &(4..=6));
+        let mut session = case.open(&bench, &document);
+        // A body that floats has moved by then, and the line is at another place of it.
+        if case.is_whole || case.expected(&session, &[case.line]).is_none() {
+            continue;
+        }
+        drawn += 1;
+        let mut draw = || {
+            case.draw(&mut session, case.line);
+            (count(&session.bodies[0].model.surface), session.cuts().area)
+        };
+        let (once, again) = (draw(), draw());
+        if again.0 != once.0 {
+            crumbled.push(number);
+        }
+        // Where the material gives way the blade may come out of the slit.
+        if again.1 > 1.01 * once.1 {
+            wandered.push(number);
+        }
+        if again != once {
+            println!("{number}: {once:?}, then {again:?} parts and m^2: {case:?}");
+        }
+    }
+    println!("{} of {drawn} lines drawn again leave other parts: {crumbled:?}", crumbled.len());
+    println!("{} of {drawn} lines drawn again cut over 1 % more: {wandered:?}", wandered.len());
+    assert!(crumbled.is_empty(), "{} of {drawn}: {crumbled:?}", crumbled.len());
+    assert!(8 * wandered.len() <= drawn, "{} of {drawn}: {wandered:?}", wandered.len());
+}
