@@ -137,10 +137,8 @@ impl TetBox {
         match format {
             TetFormat::Vtk | TetFormat::VtkBinary | TetFormat::Vtk5 => vtk_data(format, data, &mut out),
             _ => {
-                let first = self.first_tetrahedron();
-                let is_binary = matches!(format, TetFormat::Msh2Binary | TetFormat::Msh4Binary);
-                msh_data("NodeData", "at nodes", (1, is_binary), &data.nodes, &mut out);
-                msh_data("ElementData", "E", (first, is_binary), &data.elements, &mut out);
+                msh_data("NodeData", "at nodes", 1, &data.nodes, format, &mut out);
+                msh_data("ElementData", "E", self.first_tetrahedron(), &data.elements, format, &mut out);
             }
         }
         out
@@ -205,7 +203,9 @@ impl TetBox {
     }
 }
 
-fn msh_data(section: &str, name: &str, (first, is_binary): (u64, bool), values: &[f64], out: &mut Vec<u8>) {
+/// A section of numbers of a Gmsh file; `first` is the number of the first node or element.
+fn msh_data(section: &str, name: &str, first: u64, values: &[f64], format: TetFormat, out: &mut Vec<u8>) {
+    let is_binary = matches!(format, TetFormat::Msh2Binary | TetFormat::Msh4Binary);
     out.extend(format!("${section}\n1\n\"{name}\"\n1\n0.0\n3\n0\n1\n{}\n", values.len()).into_bytes());
     for (number, value) in (first..).zip(values) {
         if is_binary {

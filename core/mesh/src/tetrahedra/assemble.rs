@@ -143,19 +143,23 @@ fn check_nodes<const CORNERS: usize>(
 }
 
 /// What was found of the shapes of elements.
+#[derive(Default)]
 struct Checked {
     /// Number of elements whose nodes were exchanged, and the number in the file of the first of them.
     turned: usize,
     first_turned: Option<u64>,
-    /// Number of elements that are nearly flat, and the flattest: its share and its number in the file.
+    /// Number of elements that are nearly flat.
     slivers: usize,
-    worst: (f64, u64),
+    /// The flattest of these; `None` if there are none.
+    worst: Option<Sliver>,
 }
 
-impl Default for Checked {
-    fn default() -> Self {
-        Self { turned: 0, first_turned: None, slivers: 0, worst: (f64::INFINITY, 0) }
-    }
+/// An element that is nearly flat.
+struct Sliver {
+    /// Six times its volume over the cube of its longest edge.
+    share: f64,
+    /// Its number in the file.
+    number: u64,
 }
 
 impl Checked {
@@ -171,7 +175,9 @@ impl Checked {
         }
         if share < SLIVER {
             self.slivers += 1;
-            self.worst = if share < self.worst.0 { (share, number) } else { self.worst };
+            if self.worst.as_ref().is_none_or(|worst| share < worst.share) {
+                self.worst = Some(Sliver { share, number });
+            }
         }
         Ok(())
     }
@@ -181,8 +187,8 @@ impl Checked {
         if let Some(first) = self.first_turned {
             notes.push(Note::Reoriented { count: self.turned, of, first });
         }
-        if self.slivers > 0 {
-            notes.push(Note::Slivers { count: self.slivers, worst: self.worst.1, share: self.worst.0 });
+        if let Some(Sliver { share, number }) = self.worst {
+            notes.push(Note::Slivers { count: self.slivers, worst: number, share });
         }
     }
 }

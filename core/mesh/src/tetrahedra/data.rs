@@ -49,6 +49,15 @@ pub(super) struct RawData {
     pub values: Vec<(u64, f64)>,
 }
 
+/// A section of a file whose arrays have one row for each node, or for each cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DataSection {
+    /// Where its values are.
+    pub place: DataPlace,
+    /// Number of rows of each array: the number of nodes or of cells of the file.
+    pub rows: usize,
+}
+
 impl TetMesh {
     /// Names of all arrays of values with their places, for messages.
     pub fn list_data(&self) -> String {

@@ -102,8 +102,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
             (b"Entities", Version::FourOne) => entities = msh4::entities(&mut words)?,
             (b"Nodes", Version::FourOne) => msh4::nodes(&mut words, &mut mesh)?,
             (b"Elements", Version::FourOne) => msh4::elements(&mut words, &entities, &mut mesh)?,
-            (b"NodeData", _) => data(&mut words, encoding, (DataPlace::Nodes, at), &mut mesh)?,
-            (b"ElementData", _) => data(&mut words, encoding, (DataPlace::Elements, at), &mut mesh)?,
+            (b"NodeData", _) => data(&mut words, encoding, DataPlace::Nodes, at, &mut mesh)?,
+            (b"ElementData", _) => data(&mut words, encoding, DataPlace::Elements, at, &mut mesh)?,
             _ => {
                 if name != b"Comments" {
                     mesh.sections.push(shorten(section));
@@ -188,11 +188,12 @@ fn physical_names(words: &mut Words<'_>, mesh: &mut RawMesh) -> Result<(), Locat
 }
 
 /// Reads `$NodeData` or `$ElementData`, whose tags are text in binary files too: the first text is the name, the second and third whole number are those of components and of
-/// entries.
+/// entries. The section begins at the byte `at`.
 fn data(
     words: &mut Words<'_>,
     encoding: Encoding,
-    (place, at): (DataPlace, usize),
+    place: DataPlace,
+    at: usize,
     mesh: &mut RawMesh,
 ) -> Result<(), Located> {
     words.encoding = Encoding::Text;

@@ -1,6 +1,6 @@
 //! The legacy VTK format: unstructured grids, as text or binary, with cells in one list (versions 2 to 4.2) or as offsets and connectivity (5.1).
 
-use super::data::DataPlace;
+use super::data::{DataPlace, DataSection};
 use super::error::TetMeshProblem;
 use super::raw::{CellFacts, CellKind, NO_TAGS, RawMesh};
 use super::vtk_data;
@@ -91,10 +91,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
                 while !words.line().trim_ascii().is_empty() {}
             }
             b"FIELD" => fields(&mut words, encoding)?,
-            b"POINT_DATA" => vtk_data::read(&mut words, encoding, DataPlace::Nodes, mesh.nodes.len(), &mut mesh)?,
+            b"POINT_DATA" => {
+                let section = DataSection { place: DataPlace::Nodes, rows: mesh.nodes.len() };
+                vtk_data::read(&mut words, encoding, section, &mut mesh)?;
+            }
             b"CELL_DATA" => {
-                let count = cells.as_ref().map_or(0, |cells: &Cells| cells.offsets.len().saturating_sub(1));
-                vtk_data::read(&mut words, encoding, DataPlace::Elements, count, &mut mesh)?;
+                let rows = cells.as_ref().map_or(0, |cells: &Cells| cells.offsets.len().saturating_sub(1));
+                let section = DataSection { place: DataPlace::Elements, rows };
+                vtk_data::read(&mut words, encoding, section, &mut mesh)?;
             }
             _ => {
                 let allowed = "DATASET, FIELD, POINTS, CELLS, CELL_TYPES, METADATA, POINT_DATA or CELL_DATA";

@@ -1,6 +1,6 @@
 //! Values at points and cells of a legacy VTK file (`POINT_DATA` and `CELL_DATA`).
 
-use super::data::{DataPlace, RawData};
+use super::data::{DataPlace, DataSection, RawData};
 use super::error::TetMeshProblem;
 use super::raw::RawMesh;
 use super::words::{Encoding, Located, NumberType, Words, shorten};
@@ -38,6 +38,16 @@ pub(super) fn number_type(found: &[u8], at: usize) -> Result<NumberType, Located
     })
 }
 
+impl DataSection {
+    /// Its keyword in the format.
+    fn keyword(self) -> &'static str {
+        match self.place {
+            DataPlace::Nodes => "POINT_DATA",
+            DataPlace::Elements => "CELL_DATA",
+        }
+    }
+}
+
 /// An array that comes next.
 struct Coming {
     name: String,
@@ -46,7 +56,7 @@ struct Coming {
     of: NumberType,
 }
 
-/// Reads the values after `POINT_DATA` or `CELL_DATA`, of `count` points or cells, up to the next of both, which it leaves, or the end. Arrays of several components, and what follows
+/// Reads the values after `POINT_DATA` or `CELL_DATA` up to the next of both, which it leaves, or the end. Arrays of several components, and what follows
 /// an attribute that the format does not define, are noted as not read.
 ///
 /// # Errors
@@ -54,16 +64,15 @@ struct Coming {
 pub(super) fn read(
     words: &mut Words<'_>,
     encoding: Encoding,
-    place: DataPlace,
-    count: usize,
+    section: DataSection,
     mesh: &mut RawMesh,
 ) -> Result<(), Located> {
-    let section = if place == DataPlace::Nodes { "POINT_DATA" } else { "CELL_DATA" };
+    let (keyword_of_section, rows) = (section.keyword(), section.rows);
     let at = words.at();
     let found = words.size("the number of values")?;
-    if found != count as u64 {
+    if found != rows as u64 {
         let problem = TetMeshProblem::Word {
-            entity: format!("the number of values of {section}, whose mesh has {count}"),
+            entity: format!("the number of values of {keyword_of_section}, whose mesh has {rows}"),
             found: found.to_string(),
             allowed: "one for each",
         };
@@ -88,7 +97,7 @@ pub(super) fn read(
                 words.expect("the name of a field")?;
                 let arrays = words.size("the number of arrays of a field")?;
                 for _ in 0..arrays {
-                    array(words, encoding, (place, section, count), mesh)?;
+                    array(words, encoding, section, mesh)?;
                 }
                 None
             }
@@ -99,7 +108,7 @@ pub(super) fn read(
             }
             _ => {
                 if !matches!(keyword, b"POINT_DATA" | b"CELL_DATA") {
-                    mesh.sections.push(format!("{section} from `{}` on", shorten(keyword)));
+                    mesh.sections.push(format!("{keyword_of_section} from `{}` on", shorten(keyword)));
                     words.go_to_end();
                     return Ok(());
                 }
@@ -108,7 +117,7 @@ pub(super) fn read(
             }
         };
         if let Some(coming) = known {
-            values(words, encoding, coming, (place, section, count), mesh)?;
+            values(words, encoding, coming, section, mesh)?;
         }
     }
 }
@@ -170,25 +179,21 @@ fn attribute(words: &mut Words<'_>, at: usize, components: u64) -> Result<Coming
 }
 
 /// An array of a `FIELD`: `name components rows type`.
-fn array(
-    words: &mut Words<'_>,
-    encoding: Encoding,
-    (place, section, count): (DataPlace, &str, usize),
-    mesh: &mut RawMesh,
-) -> Result<(), Located> {
+fn array(words: &mut Words<'_>, encoding: Encoding, section: DataSection, mesh: &mut RawMesh) -> Result<(), Located> {
     let (name, at) = name(words)?;
     let components = words.size("the components of an array")?;
-    let rows = words.size("the rows of an array")?;
+    let found = words.size("the rows of an array")?;
     let of = type_of_numbers(words)?;
-    if rows != count as u64 {
+    if found != section.rows as u64 {
+        let (keyword, rows) = (section.keyword(), section.rows);
         let problem = TetMeshProblem::Word {
-            entity: format!("the rows of array `{}` of {section}, which has {count}", shorten(name.as_bytes())),
-            found: rows.to_string(),
+            entity: format!("the rows of array `{}` of {keyword}, which has {rows}", shorten(name.as_bytes())),
+            found: found.to_string(),
             allowed: "one for each",
         };
         return Err((at, problem));
     }
-    values(words, encoding, Coming { name, at, components, of }, (place, section, count), mesh)
+    values(words, encoding, Coming { name, at, components, of }, section, mesh)
 }
 
 /// Reads the numbers of an array.
@@ -196,11 +201,11 @@ fn values(
     words: &mut Words<'_>,
     encoding: Encoding,
     Coming { name, at, components, of }: Coming,
-    (place, section, count): (DataPlace, &str, usize),
+    section: DataSection,
     mesh: &mut RawMesh,
 ) -> Result<(), Located> {
     words.encoding = encoding;
-    let total = components.saturating_mul(count as u64);
+    let total = components.saturating_mul(section.rows as u64);
     let mut all = Vec::with_capacity(words.capacity(total));
     let entity = format!("a number of array `{}`", shorten(name.as_bytes()));
     for _ in 0..total {
@@ -209,9 +214,10 @@ fn values(
     words.encoding = Encoding::Text;
     if components == 1 {
         let values = (0..).zip(all).collect();
-        mesh.data.push(RawData { name, place, at, line: 0, values });
+        mesh.data.push(RawData { name, place: section.place, at, line: 0, values });
     } else {
-        mesh.sections.push(format!("{section} `{}` of {components} components", shorten(name.as_bytes())));
+        let (keyword, name) = (section.keyword(), shorten(name.as_bytes()));
+        mesh.sections.push(format!("{keyword} `{name}` of {components} components"));
     }
     Ok(())
 }

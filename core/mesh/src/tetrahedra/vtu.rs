@@ -1,6 +1,6 @@
 //! The XML format of VTK for unstructured grids (`.vtu`) in one piece. XML is `roxmltree`'s, which refuses entities; how VTK puts numbers into it is in `vtu_array`.
 
-use super::data::{DataPlace, RawData};
+use super::data::{DataPlace, DataSection, RawData};
 use super::error::TetMeshProblem;
 use super::raw::{CellFacts, NO_TAGS, RawMesh};
 use super::vtk::push_cell;
@@ -48,10 +48,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, Located> {
     let cells = count(piece, "NumberOfCells")?;
     points(&arrays, piece, nodes, &mut mesh)?;
     read_cells(&arrays, piece, cells, &mut mesh)?;
-    for (section, place, count) in [("PointData", DataPlace::Nodes, nodes), ("CellData", DataPlace::Elements, cells)] {
-        let Some(section) = piece.children().find(|node| node.has_tag_name(section)) else { continue };
-        for array in section.children().filter(|node| node.has_tag_name("DataArray") || node.has_tag_name("Array")) {
-            data(&arrays, array, (place, count), &mut mesh)?;
+    for (tag, section) in [
+        ("PointData", DataSection { place: DataPlace::Nodes, rows: nodes }),
+        ("CellData", DataSection { place: DataPlace::Elements, rows: cells }),
+    ] {
+        let Some(parent) = piece.children().find(|node| node.has_tag_name(tag)) else { continue };
+        for array in parent.children().filter(|node| node.has_tag_name("DataArray") || node.has_tag_name("Array")) {
+            data(&arrays, array, section, &mut mesh)?;
         }
     }
     // Lines are found in the order of the file, and cells may come first.
@@ -162,12 +165,8 @@ fn whole(numbers: Vec<f64>, entity: &str, array: Node<'_, '_>) -> Result<Vec<u64
 }
 
 /// Reads an array of values if it has one number at each node or cell, and notes another one as not read.
-fn data(
-    arrays: &Arrays<'_>,
-    array: Node<'_, '_>,
-    (place, count): (DataPlace, usize),
-    mesh: &mut RawMesh,
-) -> Result<(), Located> {
+fn data(arrays: &Arrays<'_>, array: Node<'_, '_>, section: DataSection, mesh: &mut RawMesh) -> Result<(), Located> {
+    let DataSection { place, rows } = section;
     let name = array.attribute("Name").unwrap_or_default();
     let components = array.attribute("NumberOfComponents").unwrap_or("1");
     if components != "1" || !Arrays::has_numbers(array) {
@@ -178,7 +177,7 @@ fn data(
         });
         return Ok(());
     }
-    let values = arrays.read(array, Wanted { name, count })?;
+    let values = arrays.read(array, Wanted { name, count: rows })?;
     let values = (0..).zip(values).collect();
     mesh.data.push(RawData { name: name.to_owned(), place, at: array.range().start, line: 0, values });
     Ok(())
