@@ -158,7 +158,7 @@ impl Started {
             devices.push(match real.take_if(|_| index == of_device) {
                 None => Box::new(pointer),
                 Some(real) => {
-                    let given = DeviceHand::give(Box::new(real), pointer, (session, tool), name.to_owned());
+                    let given = DeviceHand::give(Box::new(real), pointer, session, tool, name.to_owned());
                     hand = Some(given.1);
                     Box::new(given.0)
                 }

@@ -93,7 +93,8 @@ impl DeviceHand {
     pub fn give(
         device: Box<dyn HapticDevice>,
         pointer: PointerDevice,
-        (session, tool): (&Session, usize),
+        session: &Session,
+        tool: usize,
         name: String,
     ) -> (GuidedDevice, Self) {
         let frame = session.devices[session.tools[tool].device].frame;

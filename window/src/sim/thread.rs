@@ -286,7 +286,7 @@ fn give_device(
         Some(Ok(device)) => device,
     };
     let name = request.device.as_ref().map_or_else(String::new, |device| device.plugin.clone());
-    let (guided, hand) = DeviceHand::give(Box::new(real), pointer, (session, 0), name);
+    let (guided, hand) = DeviceHand::give(Box::new(real), pointer, session, 0, name);
     (Box::new(guided), Some(hand))
 }
 
