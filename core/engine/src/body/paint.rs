@@ -1,6 +1,6 @@
 //! Painting of a body: nodes that strokes have pinned, and factors of its material's parameters.
 
-use super::painted_factors::{FactorChange, PaintBall, PaintedFactors};
+use super::painted_factors::{FactorChange, PaintBall, PaintStroke, PaintedFactors};
 use super::surface_layer::{PaintDepth, SurfaceLayer};
 use super::{Body, Discretization, Lattice, LatticeError};
 use crate::edit::BrushShape;
@@ -56,20 +56,15 @@ impl Body {
         let ball = PaintBall { centre: self.embed_point(point)?.settled, radius, nodes: &nodes };
         let goal = self.painted().allowed_goal(&self.params, change, self.most_stiffening);
         let (change, planes) = (FactorChange { goal, ..change }, self.params.len());
-        let weight = |distance: f64| shape.falloff.weight(distance / radius);
-        let surface = (&*self.model, &self.skin);
-        let around = (ball.centre, radius);
+        let corners = |t: u32| match &self.discretization {
+            Discretization::Lattice(_) => self.model.surface.triangles[t as usize],
+            Discretization::Sheet(sheet) => sheet.nodes_of(&self.model, t),
+        };
+        let layer = depth.layer().map(|depth| SurfaceLayer::new(&self.model, &self.skin, ball, depth, corners));
+        let stroke = PaintStroke { ball, layer, falloff: shape.falloff, change };
         let has_changed = match &mut self.discretization {
-            Discretization::Lattice(lattice) => {
-                let corners = |t: u32| self.model.surface.triangles[t as usize];
-                let layer = depth.layer().map(|depth| SurfaceLayer::new(surface, around, depth, corners));
-                lattice.paint((ball, layer), weight, change, planes, &mut self.system)?
-            }
-            Discretization::Sheet(sheet) => {
-                let corners = |t: u32| sheet.nodes_of(&self.model, t);
-                let layer = depth.layer().map(|depth| SurfaceLayer::new(surface, around, depth, corners));
-                sheet.paint((ball, layer), weight, change, planes, &self.model, &mut self.system)?
-            }
+            Discretization::Lattice(lattice) => lattice.paint(&stroke, planes, &mut self.system)?,
+            Discretization::Sheet(sheet) => sheet.paint(&stroke, planes, &self.model, &mut self.system)?,
         };
         if has_changed {
             self.update_tints()?;

@@ -1,5 +1,7 @@
 //! Factors of a material's parameters that strokes have painted, by cell of a lattice or triangle of a sheet.
 
+use super::surface_layer::SurfaceLayer;
+use crate::edit::Falloff;
 use pliant_solver::Vec3;
 use std::collections::HashMap;
 
@@ -147,6 +149,30 @@ impl PaintBall<'_> {
             Some((id, weight((place(id, centre)? - self.centre).norm())))
         })
         .collect()
+    }
+}
+
+/// What a stroke paints in a step.
+pub(super) struct PaintStroke<'a> {
+    /// Where it acts.
+    pub ball: PaintBall<'a>,
+    /// The layer of the body that it is limited to; `None` through the depth.
+    pub layer: Option<SurfaceLayer<'a>>,
+    /// Weight by distance from the centre of the ball over its radius.
+    pub falloff: Falloff,
+    /// The change of factors at a weight of 1.
+    pub change: FactorChange,
+}
+
+impl PaintStroke<'_> {
+    /// Weights of the elements that it reaches; arguments and result are those of [`PaintBall::weights`].
+    pub fn weights<const CORNERS: usize>(
+        &self,
+        elements: impl Iterator<Item = (u64, [u32; CORNERS])>,
+        rest: &[Vec3],
+        place: impl Fn(u64, Vec3) -> Option<Vec3>,
+    ) -> Vec<(u64, f64)> {
+        self.ball.weights(elements, rest, place, |distance| self.falloff.weight(distance / self.ball.radius))
     }
 }
 

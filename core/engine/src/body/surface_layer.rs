@@ -5,6 +5,7 @@
 //! neighbour before it is compared, for sheets need not be oriented.
 
 use super::model::Model;
+use super::painted_factors::PaintBall;
 use super::skin::{Skin, nearest_triangle};
 use pliant_mesh::geometry::closest_point;
 use pliant_solver::Vec3;
@@ -41,14 +42,16 @@ pub(super) struct SurfaceLayer<'a> {
 }
 
 impl<'a> SurfaceLayer<'a> {
-    /// The layer of this `thickness` around the point of the surface nearest to `centre`, within `radius` (m), in the present rest shape. `corners_of`
-    /// names the corners of a triangle by numbers that neighbours share.
+    /// The layer of this `thickness` (m) around the point of the surface nearest to the centre of a ball, within the ball. `corners_of` names the
+    /// corners of a triangle by numbers that neighbours share.
     pub fn new(
-        (model, skin): (&'a Model, &'a Skin),
-        (centre, radius): (Vec3, f64),
+        model: &'a Model,
+        skin: &'a Skin,
+        ball: PaintBall<'_>,
         thickness: f64,
         corners_of: impl Fn(u32) -> [u32; 3],
     ) -> Self {
+        let PaintBall { centre, radius, .. } = ball;
         let mut layer = Self { model, skin, side: BTreeMap::new(), thickness };
         let Some(first) = nearest_triangle(&skin.tree, model, &skin.settled, centre, [radius, 64.0 * radius]) else {
             return layer;

@@ -77,7 +77,7 @@ impl Symmetry {
         let mut found = std::mem::take(&mut self.one_sided);
         let all = Arc::make_mut(&mut found);
         for MirrorPlane { reflection, partner } in &self.planes {
-            for (a, b) in pairs(partner).filter(|pair| is_there(skin, placed, *pair)) {
+            for (a, b) in pairs(partner).filter(|(a, b)| is_there(skin, placed, *a, *b)) {
                 let (own, other) = (skin.x[a] - placed[a], reflection.vector(skin.x[b] - placed[b]));
                 if (own - other).norm() > self.largest_error {
                     (all[a], all[b]) = (true, true);
@@ -127,7 +127,7 @@ impl Symmetry {
         let placed = &model.surface.points;
         for MirrorPlane { reflection, partner } in &self.planes {
             for (a, b) in pairs(partner).filter(|(a, _)| !self.one_sided[*a]) {
-                if !is_there(skin, placed, (a, b)) {
+                if !is_there(skin, placed, a, b) {
                     continue;
                 }
                 let mean = 0.5 * ((skin.x[a] - placed[a]) + reflection.vector(skin.x[b] - placed[b]));
@@ -148,7 +148,7 @@ fn pairs(partner: &[u32]) -> impl Iterator<Item = (usize, usize)> + '_ {
 }
 
 /// Whether the vertices of a pair are on the surface and one of them is displaced.
-fn is_there(skin: &Skin, placed: &[Vec3], (a, b): (usize, usize)) -> bool {
+fn is_there(skin: &Skin, placed: &[Vec3], a: usize, b: usize) -> bool {
     let is_present = [a, b].iter().all(|v| skin.x.get(*v).is_some());
     is_present && !(skin.x[a] == placed[a] && skin.x[b] == placed[b])
 }

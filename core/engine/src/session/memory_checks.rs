@@ -166,7 +166,8 @@ impl Opening<'_> {
         scene: &BodyScene,
         index: usize,
         shared: &SharedModel,
-        (material, facts): (&Material, &Level),
+        material: &Material,
+        facts: &Level,
     ) -> Result<(), SessionError> {
         let weights = shared.model.tetrahedra.as_ref().and_then(|cells| cells.corner_weights());
         let costs = match weights {

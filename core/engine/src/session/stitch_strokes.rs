@@ -38,8 +38,8 @@ impl Session {
                 }
                 continue;
             }
-            let near = Body::join_distance(edges[0].min(edges[1]));
-            self.tie_candidates(tool, [first, second], &found, (near, search.spacing), time);
+            let stroke = Stroke { tool, near: Body::join_distance(edges[0].min(edges[1])) };
+            self.tie_candidates(stroke, [first, second], &found, spacing, time);
         }
     }
 
@@ -56,15 +56,8 @@ impl Session {
         found
     }
 
-    /// Ties those candidates that are not near a tie of the two bodies.
-    fn tie_candidates(
-        &mut self,
-        tool: usize,
-        pair: [usize; 2],
-        found: &[StitchCandidate],
-        (near, spacing): (f64, f64),
-        time: f64,
-    ) {
+    /// Ties those candidates that are at least `spacing` (m) from all ties of the two bodies.
+    fn tie_candidates(&mut self, stroke: Stroke, pair: [usize; 2], found: &[StitchCandidate], spacing: f64, time: f64) {
         let numbers = pair.map(|index| self.bodies[index].number);
         let mut taken: Vec<[Vec3; 2]> = Vec::new();
         let list = Arc::clone(&self.ties.list);
@@ -88,10 +81,10 @@ impl Session {
         };
         for candidate in found.iter().filter(is_free) {
             let gap = candidate.gap();
-            let is_far = gap.norm() > near;
-            let drawn_by = is_far.then_some(Stroke { tool, near });
-            self.ties.push(numbers, candidate.points, (gap, time + CLOSING_TIME), drawn_by);
-            self.tools[tool].has_tied |= !is_far;
+            let is_far = gap.norm() > stroke.near;
+            let drawn_by = is_far.then_some(stroke);
+            self.ties.push(numbers, candidate.points, gap, time + CLOSING_TIME, drawn_by);
+            self.tools[stroke.tool].has_tied |= !is_far;
         }
     }
 }

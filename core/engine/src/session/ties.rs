@@ -64,7 +64,7 @@ impl Ties {
 
     /// Adds a tie whose points have the displacement `gap` (m), which vanishes at `closed_at` (s).
     pub fn add(&mut self, bodies: [u32; 2], points: [TiePoint; 2], gap: Vec3, closed_at: f64) {
-        self.push(bodies, points, (gap, closed_at), None);
+        self.push(bodies, points, gap, closed_at, None);
     }
 
     /// The same, of points that a stroke still draws together if one is given.
@@ -72,7 +72,8 @@ impl Ties {
         &mut self,
         bodies: [u32; 2],
         points: [TiePoint; 2],
-        (gap, closed_at): (Vec3, f64),
+        gap: Vec3,
+        closed_at: f64,
         drawn_by: Option<Stroke>,
     ) {
         let tie = Tie { number: self.next, bodies, points, gap, closed_at, drawn_by };

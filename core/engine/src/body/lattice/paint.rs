@@ -7,8 +7,7 @@
 
 use super::fragments::{CellFragment, NodeKey};
 use super::{Lattice, LatticeError};
-use crate::body::painted_factors::{FactorChange, PaintBall, PaintedFactors};
-use crate::body::surface_layer::SurfaceLayer;
+use crate::body::painted_factors::{PaintBall, PaintStroke, PaintedFactors};
 use pliant_solver::{Nodes, System, Vec3};
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
@@ -148,29 +147,28 @@ impl Lattice {
         self.pinned.get(node).copied().unwrap_or(false)
     }
 
-    /// Moves the factors of cells around the centre of a ball, and of a layer if one is given, by the weight of their distance (m) from it, and gives
-    /// them to the elements. In a layer the point of the surface over a cell has the distance. Returns whether any factor has changed.
+    /// Moves the factors of the cells that a stroke reaches, and gives them to the elements. In a layer the point of the surface over a cell has the
+    /// distance that its weight follows from. The material has `planes` parameters. Returns whether any factor has changed.
     ///
     /// # Errors
     /// Returns the error of the material.
     pub(in crate::body) fn paint(
         &mut self,
-        (ball, layer): (PaintBall<'_>, Option<SurfaceLayer<'_>>),
-        weight: impl Fn(f64) -> f64,
-        change: FactorChange,
+        stroke: &PaintStroke<'_>,
         planes: usize,
         system: &mut System,
     ) -> Result<bool, LatticeError> {
         let cells = self.region.cell_id.iter().copied().zip(self.region.cell_corners.iter().copied());
-        let place = |_, middle| layer.as_ref().map_or(Some(middle), |layer| layer.point_over(middle, self.facts.edge));
+        let (layer, edge) = (stroke.layer.as_ref(), self.facts.edge);
+        let place = |_, middle| layer.map_or(Some(middle), |layer| layer.point_over(middle, edge));
         let rest = &system.nodes.rest;
         let mut cells = match self.source.plugin() {
-            Some(_) => ball.weights(cells, rest, place, weight),
-            None => ball.weights(cells.map(|(id, [a, b, c, d, ..])| (id, [a, b, c, d])), rest, place, weight),
+            Some(_) => stroke.weights(cells, rest, place),
+            None => stroke.weights(cells.map(|(id, [a, b, c, d, ..])| (id, [a, b, c, d])), rest, place),
         };
         // Fragments of a cell have the factor of the cell.
         cells.dedup_by_key(|(id, _)| *id);
-        if !Arc::make_mut(&mut self.paint.factors).approach(cells.into_iter(), planes, change) {
+        if !Arc::make_mut(&mut self.paint.factors).approach(cells.into_iter(), planes, stroke.change) {
             return Ok(false);
         }
         self.list_fields(system);

@@ -4,8 +4,7 @@
 use super::{GHOST_MASS, Sheet, sorted};
 use crate::body::lattice::{LatticeError, check_mass};
 use crate::body::model::Model;
-use crate::body::painted_factors::{FactorChange, PaintBall, PaintedFactors};
-use crate::body::surface_layer::SurfaceLayer;
+use crate::body::painted_factors::{PaintStroke, PaintedFactors};
 use pliant_solver::{Constraint, Nodes, System, Vec3};
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -61,25 +60,23 @@ impl Sheet {
         has_changed
     }
 
-    /// Moves the factors of triangles around the centre of a ball, by the weight of their distance (m) from it, and gives them to the elements; with a
-    /// layer those of its side alone, whatever its thickness. Returns whether any factor has changed.
+    /// Moves the factors of the triangles that a stroke reaches, and gives them to the elements; with a layer those of its side alone, whatever its
+    /// thickness. The material has `planes` parameters. Returns whether any factor has changed.
     ///
     /// # Errors
     /// Returns the error of the material.
     pub(in crate::body) fn paint(
         &mut self,
-        (ball, layer): (PaintBall<'_>, Option<SurfaceLayer<'_>>),
-        weight: impl Fn(f64) -> f64,
-        change: FactorChange,
+        stroke: &PaintStroke<'_>,
         planes: usize,
         model: &Model,
         system: &mut System,
     ) -> Result<bool, LatticeError> {
         let triangles = self.triangle_of.iter().map(|t| (u64::from(*t), self.nodes_of(model, *t)));
-        let is_painted = |t: u64| layer.as_ref().is_none_or(|layer| layer.has(t as u32));
+        let is_painted = |t: u64| stroke.layer.as_ref().is_none_or(|layer| layer.has(t as u32));
         let place = |t, middle| is_painted(t).then_some(middle);
-        let triangles = ball.weights(triangles, &system.nodes.rest, place, weight);
-        if !Arc::make_mut(&mut self.paint.factors).approach(triangles.into_iter(), planes, change) {
+        let triangles = stroke.weights(triangles, &system.nodes.rest, place);
+        if !Arc::make_mut(&mut self.paint.factors).approach(triangles.into_iter(), planes, stroke.change) {
             return Ok(false);
         }
         self.renew_parameters(model, system)?;

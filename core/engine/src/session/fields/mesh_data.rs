@@ -35,8 +35,8 @@ impl ArrayField<'_> {
         let mesh = cells.mesh();
         let array = self.array(mesh)?;
         let scale = self.scale(info, settings)?;
-        let factor = |(index, value): (usize, &f64)| self.factor(mesh, array, (index, *value), scale);
-        let factors: Vec<f64> = array.values.iter().enumerate().map(factor).collect::<Result<_, _>>()?;
+        let factor = |index| self.factor(mesh, array, index, scale);
+        let factors: Vec<f64> = (0..array.values.len()).map(factor).collect::<Result<_, _>>()?;
         Ok(match array.place {
             DataPlace::Nodes => Layer::Nodes(factors),
             DataPlace::Elements if mesh.quadratic.is_empty() => Layer::Cells(factors),
@@ -82,14 +82,9 @@ impl ArrayField<'_> {
         }
     }
 
-    /// The factor of a node or element.
-    fn factor(
-        &self,
-        mesh: &TetMesh,
-        array: &MeshData,
-        (index, value): (usize, f64),
-        scale: f64,
-    ) -> Result<f64, SceneError> {
+    /// The factor of the node or element `index`.
+    fn factor(&self, mesh: &TetMesh, array: &MeshData, index: usize, scale: f64) -> Result<f64, SceneError> {
+        let value = array.values[index];
         let factor = value * scale;
         if ALLOWED.contains(&factor) {
             return Ok(factor);

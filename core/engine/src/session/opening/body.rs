@@ -17,14 +17,15 @@ use toml::Spanned;
 const STIFFNESS: &str = "young";
 
 impl Opening<'_> {
-    /// Opens the body `index` of the scene.
+    /// Opens the body `index` of the scene; `cuts` says whether any of the `edits` of the scene cuts.
     pub(super) fn body(
         &mut self,
         scene: &BodyScene,
         index: usize,
         name: String,
         shared: SharedModel,
-        (edits, cuts): (&[EditScene], bool),
+        edits: &[EditScene],
+        cuts: bool,
     ) -> Result<Body, SessionError> {
         let (library, info, settings) =
             self.plugin(PluginKind::Material, &scene.material.plugin, &scene.material.params)?;
@@ -49,7 +50,7 @@ impl Opening<'_> {
                 Discretization::Sheet(Box::new(Sheet::new(&model, place::warp(sheet.get_ref()))))
             }
             None => Discretization::Lattice(Box::new(match shared.model.tetrahedra.clone() {
-                Some(cells) => self.tetrahedra(scene, index, (&shared, cells), &material)?,
+                Some(cells) => self.tetrahedra(scene, index, &shared, cells, &material)?,
                 None => self.lattice(scene, index, &shared, &material)?,
             })),
         };

@@ -87,10 +87,11 @@ impl Opening<'_> {
         &mut self,
         scene: &BodyScene,
         index: usize,
-        (shared, cells): (&SharedModel, Arc<TetrahedralCells>),
+        shared: &SharedModel,
+        cells: Arc<TetrahedralCells>,
         material: &Material,
     ) -> Result<Lattice, SessionError> {
-        self.check_tetrahedra(scene, index, shared, (material, &cells.facts()))?;
+        self.check_tetrahedra(scene, index, shared, material, &cells.facts())?;
         if cells.corner_weights().is_some() && material.requests().iter().any(|r| r.flags & abi::CAN_FAIL != 0) {
             let (id, name) = (&material.info().id, scene.name.get_ref());
             let text = format!(

@@ -45,7 +45,7 @@ impl Opening<'_> {
         let (mut bodies, mut standing) = (Vec::new(), Vec::new());
         for (i, (name, model)) in models.into_iter().enumerate() {
             if plan.moving[i] {
-                bodies.push(self.body(&scene.body[i], i, name, model, (&scene.edit, plan.cuts()))?);
+                bodies.push(self.body(&scene.body[i], i, name, model, &scene.edit, plan.cuts())?);
             } else {
                 standing.push((name, model.model));
             }
