@@ -256,7 +256,7 @@ mod tests {
             for tool in 0..8 {
                 let begins = |edit: &&Edit| edit.button == Some(button) && edit.tool == tool;
                 let edit = plan.edits.iter().find(begins).expect("an edit of the button");
-                assert_eq!((edit.kind.name(), edit.release, edit.span.1), (kind.name(), release, f64::INFINITY));
+                assert_eq!((edit.kind.name(), edit.release, edit.span.end), (kind.name(), release, f64::INFINITY));
                 let painted =
                     paint.map(|paint| (["young", "density"][paint.param], if paint.lowers { 0.25 } else { 4.0 }));
                 assert_eq!(edit.param.as_deref().zip(edit.strength), painted, "{}", kind.name());

@@ -28,6 +28,22 @@ pub struct LeftOut {
     pub why: String,
 }
 
+/// A span of time: its start belongs to it and its end does not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeSpan {
+    /// Time at which it starts, s.
+    pub start: f64,
+    /// Time at which it ends, s; infinite if it does not end.
+    pub end: f64,
+}
+
+impl TimeSpan {
+    /// Whether a time (s) lies in it.
+    pub fn contains(self, time: f64) -> bool {
+        self.start <= time && time < self.end
+    }
+}
+
 /// An edit with one tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edit {
@@ -37,8 +53,8 @@ pub struct Edit {
     pub place: String,
     /// Index in [`Plan::tools`].
     pub tool: usize,
-    /// Times of start and end, s; the end is infinite if none is given.
-    pub span: (f64, f64),
+    /// When it acts.
+    pub span: TimeSpan,
     /// Button that must be down for the edit to act.
     pub button: Option<u32>,
     /// What happens to the shape at the end.
@@ -86,8 +102,8 @@ pub enum Trigger {
     Button {
         /// Number of the button, from 0.
         button: u32,
-        /// Times between which presses count, s.
-        span: (f64, f64),
+        /// When presses count.
+        span: TimeSpan,
     },
 }
 
@@ -175,7 +191,7 @@ impl Plan {
                 command => {
                     let end = edit.end.as_ref().map_or(f64::INFINITY, |t| t.get_ref().si);
                     let trigger = match &edit.button {
-                        Some(button) => Trigger::Button { button: *button.get_ref(), span: (start, end) },
+                        Some(button) => Trigger::Button { button: *button.get_ref(), span: TimeSpan { start, end } },
                         None => Trigger::Time(start),
                     };
                     self.history_steps.push(HistoryStep { redo: command == Some(Command::Redo), trigger });
@@ -204,7 +220,7 @@ impl Plan {
                 kind,
                 place: source.error(edit.kind.span(), "").place(),
                 tool: index,
-                span: (start, end),
+                span: TimeSpan { start, end },
                 button: edit.button.as_ref().map(|b| *b.get_ref()),
                 release: edit.release,
                 limit: edit.limit.as_ref().map(|f| f.get_ref().si),

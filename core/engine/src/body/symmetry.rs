@@ -23,8 +23,14 @@ pub struct Symmetry {
     largest_error: f64,
 }
 
-/// A reflection in one plane, and a point (m) on that.
-pub type SymmetryPlane = (Reflection, Vec3);
+/// A plane about which vertices are paired.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SymmetryPlane {
+    /// The reflection, in one plane.
+    pub reflection: Reflection,
+    /// A point on the plane, m.
+    pub centre: Vec3,
+}
 
 /// The part of a [`Symmetry`] that changes, for undo.
 #[derive(Clone, Debug)]
@@ -54,10 +60,11 @@ impl Symmetry {
     pub fn new(model: &Model, skin: &Skin, wanted: &[SymmetryPlane]) -> (Self, Vec<SymmetryPlane>) {
         let points = &model.surface.points;
         let (mut planes, mut missing) = (Vec::new(), Vec::new());
-        for &(reflection, centre) in wanted {
-            match partners(points, centre, reflection) {
+        for &plane in wanted {
+            let reflection = plane.reflection;
+            match partners(points, plane.centre, reflection) {
                 Some(partner) => planes.push(MirrorPlane { reflection, partner }),
-                None => missing.push((reflection, centre)),
+                None => missing.push(plane),
             }
         }
         let mut found = Self {
@@ -65,7 +72,8 @@ impl Symmetry {
             planes,
             one_sided: Arc::new(vec![false; points.len()]),
             is_paused: false,
-            largest_error: LARGEST_ERROR * wanted.iter().map(|plane| diameter(points, plane.1)).fold(0.0, f64::max),
+            largest_error: LARGEST_ERROR
+                * wanted.iter().map(|plane| diameter(points, plane.centre)).fold(0.0, f64::max),
         };
         found.find_one_sided(model, skin);
         (found, missing)

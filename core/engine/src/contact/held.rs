@@ -6,13 +6,29 @@
 use super::proxy::Friction;
 use pliant_solver::{System, TrialStep, Vec3};
 
+/// The tips or obstacles that a node touches, by their indices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Touched {
+    /// Index of the tip or obstacle.
+    pub first: usize,
+    /// Index of the second one, if the node is pinched by two tips or lies between two obstacles.
+    pub second: Option<usize>,
+}
+
+impl Touched {
+    /// A single tip or obstacle.
+    pub fn one(first: usize) -> Self {
+        Self { first, second: None }
+    }
+}
+
 /// A vertex in contact with one tip, or pinched by two.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VertexContact {
     /// Index of the vertex's node.
     pub node: u32,
-    /// Index of the tip, and of the second tip if the vertex is pinched.
-    pub tips: (usize, Option<usize>),
+    /// The tip or obstacle, and the second one if there are two.
+    pub touched: Touched,
     /// Unit outward normal of the tip.
     pub normal: Vec3,
     /// Unit outward normal of the second tip; zero without one.
@@ -103,7 +119,7 @@ impl VertexContact {
             return None;
         }
         // A pinched vertex stays constrained while either tip pushes it.
-        let (pushes, pushes_off) = match self.tips.1 {
+        let (pushes, pushes_off) = match self.touched.second {
             None => (lambda.dot(&self.normal), off(self.normal)[0]),
             Some(_) => {
                 let (a, b) = (lambda.dot(&self.normal), lambda.dot(&self.other));
@@ -111,7 +127,7 @@ impl VertexContact {
                 (most, off(self.normal)[0].max(off(self.other)[0]))
             }
         };
-        let sticks = self.state == State::Sticks && self.tips.1.is_none();
+        let sticks = self.state == State::Sticks && self.touched.second.is_none();
         let along = lambda - pushes * self.normal;
         let size = along.norm();
         let along_off = || if size > 0.0 { off(along / size)[0] } else { 0.0 };
@@ -121,7 +137,7 @@ impl VertexContact {
             let known = !sticks || (size + pushes).abs() >= pushes_off + along_off();
             return Some((Self { state, ..*self }, pushes < -pushes_off && known));
         }
-        if self.tips.1.is_some() {
+        if self.touched.second.is_some() {
             return None;
         }
         if sticks {
@@ -155,7 +171,7 @@ mod tests {
 
     const HELD: VertexContact = VertexContact {
         node: 0,
-        tips: (0, None),
+        touched: Touched { first: 0, second: None },
         normal: Vec3::new(0.0, 0.0, 1.0),
         other: NOTHING,
         target: [0.0; 2],
@@ -209,7 +225,8 @@ mod tests {
         assert_eq!(next(held, Vec3::z(), Vec3::new(-1.0, 0.0, 0.0), [0.0]), [None], "it keeps sliding");
         let back = next(held, Vec3::z(), Vec3::new(0.1, 0.0, 0.0), [0.0, 0.09, 0.11]);
         assert_eq!(back, [true, true, false].map(|certain| Some((sticks, certain))));
-        let pinched = VertexContact { tips: (0, Some(1)), other: Vec3::new(0.0, 0.6, 0.8), ..HELD };
+        let pinched =
+            VertexContact { touched: Touched { first: 0, second: Some(1) }, other: Vec3::new(0.0, 0.6, 0.8), ..HELD };
         assert_eq!(
             next(pinched, Vec3::new(0.0, 0.0, -1.0), Vec3::zeros(), [0.7, 0.9]),
             [Some((free, true)), Some((free, false))]

@@ -24,8 +24,10 @@ pub struct LawContacts {
     points: Vec<LawPoint>,
     /// Histories of `points`, one after the other.
     histories: Vec<f64>,
-    /// Contact points of the last step, by ascending key, and their histories.
-    previous: (Vec<LawPoint>, Vec<f64>),
+    /// Contact points of the last step, by ascending key.
+    previous_points: Vec<LawPoint>,
+    /// Histories of `previous_points`, one after the other.
+    previous_histories: Vec<f64>,
     /// States of `points` (buffer).
     states: ContactStates,
     /// Tractions without slip, and with the slip at the end of the step (buffers).
@@ -46,7 +48,8 @@ impl LawContacts {
             margin: 0.0,
             points: Vec::new(),
             histories: Vec::new(),
-            previous: (Vec::new(), Vec::new()),
+            previous_points: Vec::new(),
+            previous_histories: Vec::new(),
             states: ContactStates::default(),
             tractions: Default::default(),
         }
@@ -81,14 +84,14 @@ impl LawContacts {
 
     /// Begins a step with these points, which have ascending keys. Other points are no longer in contact.
     pub fn begin(&mut self, near: impl Iterator<Item = NearPoint>) {
-        std::mem::swap(&mut self.points, &mut self.previous.0);
-        std::mem::swap(&mut self.histories, &mut self.previous.1);
+        std::mem::swap(&mut self.points, &mut self.previous_points);
+        std::mem::swap(&mut self.histories, &mut self.previous_histories);
         self.points.clear();
         self.histories.clear();
         let stride = self.law.history_stride();
         for near in near {
-            let (old, histories) = (&self.previous.0, &self.previous.1);
-            let old = find(old, near.key).map(|at| (old[at], &histories[stride * at..stride * (at + 1)]));
+            let history = |at: usize| &self.previous_histories[stride * at..stride * (at + 1)];
+            let old = find(&self.previous_points, near.key).map(|at| (self.previous_points[at], history(at)));
             self.points.push(LawPoint::next(near, old.map(|(point, _)| point)));
             match old {
                 Some((_, history)) => self.histories.extend_from_slice(history),

@@ -22,7 +22,8 @@ mod tip_motion;
 mod triangle_point;
 
 pub use bodies::{
-    BodyCollisions, CollisionReport, CollisionSettings, Compliance, StitchCandidate, StitchSearch, TiePoint, TieRow,
+    BodyCollisions, CollisionReport, CollisionSettings, Compliance, SearchBall, StitchCandidate, StitchSearch,
+    TiePoint, TieRow,
 };
 pub use fingertip::{Press, Tip};
 pub use layer::{Layer, Push};

@@ -1,13 +1,14 @@
 //! Contacts of nodes in the last step, from which those of the next one begin.
 
+use super::held::Touched;
 use pliant_solver::Vec3;
 
 /// A contact of a node in the last step.
 #[derive(Clone, Copy)]
 pub(super) struct PreviousContact {
     pub(super) node: u32,
-    /// Index of the tip or obstacle, and of the second one if the node was between two.
-    pub(super) tips: (usize, Option<usize>),
+    /// The tip or obstacle, and the second one if the node was between two.
+    pub(super) touched: Touched,
     /// Friction force, N, if the node keeps sliding.
     pub(super) friction: Option<Vec3>,
 }

@@ -8,7 +8,7 @@
 //! friction of that step, and sticks if that friction would accelerate it.
 
 use super::fingertip::{Press, SWEEP, Tip, Vertex, contact_normal, goes_far, starts_sliding};
-use super::held::{MIN_REBOUND_SPEED, State, VertexContact, is_settled};
+use super::held::{MIN_REBOUND_SPEED, State, Touched, VertexContact, is_settled};
 use super::neighbour_list::NeighbourList;
 use super::previous::{PreviousContact, PreviousContacts};
 use super::tip_motion::{MOST_TRIED, TipMotion};
@@ -87,7 +87,11 @@ impl SheetTips {
     /// as it is pushed, but not after a pinch or on another tip.
     fn gap(&self, t: usize, last: PreviousContact) -> f64 {
         let scale = self.tips[t].length_scale();
-        if last.tips == (t, None) { (MAX_CORRECTION_SPEED * self.dt).min(SWEEP * scale) } else { CONTACT_GAP * scale }
+        if last.touched == Touched::one(t) {
+            (MAX_CORRECTION_SPEED * self.dt).min(SWEEP * scale)
+        } else {
+            CONTACT_GAP * scale
+        }
     }
 
     /// The transition of a contact under a trial step, with the tip's friction and velocity.
@@ -97,7 +101,7 @@ impl SheetTips {
         system: &System,
         trial: &TrialStep<'_>,
     ) -> Option<(VertexContact, bool)> {
-        let tip = &self.tips[contact.tips.0];
+        let tip = &self.tips[contact.touched.first];
         contact.transition(tip.friction, tip.velocity_at((trial.start)(system, contact.node as usize)), system, trial)
     }
 
@@ -114,8 +118,12 @@ impl SheetTips {
         let mut changed = false;
         for t in 0..self.motions.len() {
             let Some(response) = self.tips[t].response.filter(|response| response.dt == self.dt) else { continue };
-            let holds = |contact: &&VertexContact| contact.tips.0 == t && contact.state != State::Free;
-            if self.contacts.iter().any(|c| c.tips.1.is_some() && (c.tips.0 == t || c.tips.1 == Some(t))) {
+            let holds = |contact: &&VertexContact| contact.touched.first == t && contact.state != State::Free;
+            if self
+                .contacts
+                .iter()
+                .any(|c| c.touched.second.is_some() && (c.touched.first == t || c.touched.second == Some(t)))
+            {
                 continue;
             }
             let (mut force, mut momentum, mut mass) = (Vec3::zeros(), Vec3::zeros(), 0.0);
@@ -172,7 +180,7 @@ impl SheetTips {
         };
         VertexContact {
             node,
-            tips: (t, None),
+            touched: Touched::one(t),
             normal,
             other: Vec3::zeros(),
             target: [if rebound > 0.0 { target.max(towards + rebound) } else { target }, 0.0],
@@ -218,8 +226,8 @@ impl SheetTips {
     /// the step, m.
     fn constrain(&self, contact: &VertexContact, x: Vec3, system: &mut System) {
         let (i, n, nodes) = (contact.node as usize, contact.normal, &mut system.nodes);
-        let drive = self.tips[contact.tips.0].velocity_at(x);
-        let Some(second) = contact.tips.1 else {
+        let drive = self.tips[contact.touched.first].velocity_at(x);
+        let Some(second) = contact.touched.second else {
             (nodes.constraint[i], nodes.prescribed[i]) = match contact.state {
                 State::Free => (Constraint::Free, Vec3::zeros()),
                 State::Slides => (Constraint::Plane(n), contact.target[0] * n),
@@ -276,9 +284,9 @@ impl ContactConstraints for SheetTips {
                 let one = self.new_contact(t, node, vertex, normal);
                 match self.contacts.iter_mut().find(|contact| contact.node == node) {
                     Some(contact) => {
-                        (contact.tips.1, contact.other, contact.target[1]) = (Some(t), normal, one.target[0]);
+                        (contact.touched.second, contact.other, contact.target[1]) = (Some(t), normal, one.target[0]);
                         // A pinched vertex has no transition from sliding to sticking, so it begins by sticking.
-                        if before.is_none_or(|last| last.tips.1.is_none()) {
+                        if before.is_none_or(|last| last.touched.second.is_none()) {
                             (contact.state, contact.friction) = (State::Sticks, Vec3::zeros());
                         }
                     }
@@ -380,20 +388,23 @@ impl ContactConstraints for SheetTips {
             if contact.state != State::Free {
                 let on_node = reaction[i] + contact.friction;
                 // The force on a pinched vertex is divided between the tips in proportion to the normal force of each.
-                let fractions = match contact.tips.1 {
+                let fractions = match contact.touched.second {
                     None => [1.0, 0.0],
                     Some(_) => {
                         let [a, b] = [contact.normal, contact.other].map(|n| on_node.dot(&n).max(0.0));
                         if a + b > 0.0 { [a / (a + b), b / (a + b)] } else { [0.5, 0.5] }
                     }
                 };
-                for (t, fraction) in [Some(contact.tips.0), contact.tips.1].into_iter().zip(fractions) {
+                for (t, fraction) in [Some(contact.touched.first), contact.touched.second].into_iter().zip(fractions) {
                     let Some(tip) = t.map(|t| &mut self.tips[t]) else { continue };
                     tip.force -= fraction * on_node;
                     tip.constrained += 1;
                 }
                 if let Some(presses) = &mut self.presses {
-                    let both = [Some((contact.tips.0, contact.normal)), contact.tips.1.map(|t| (t, contact.other))];
+                    let both = [
+                        Some((contact.touched.first, contact.normal)),
+                        contact.touched.second.map(|t| (t, contact.other)),
+                    ];
                     for ((tip, direction), fraction) in both.into_iter().flatten().zip(fractions) {
                         let past = system.nodes.v[i] - self.tips[tip].velocity_at(system.nodes.x[i]);
                         let slip = past - past.dot(&direction) * direction;
@@ -402,17 +413,17 @@ impl ContactConstraints for SheetTips {
                     }
                 }
                 let slides = contact.state == State::Slides;
-                let tip = &self.tips[contact.tips.0];
+                let tip = &self.tips[contact.touched.first];
                 let next_friction = || {
                     let slip = system.nodes.v[i] - tip.velocity_at(system.nodes.x[i]);
                     contact.next_friction(tip.friction, reaction[i], slip, system.nodes.mass[i], self.dt)
                 };
                 let friction = slides.then(next_friction).flatten();
-                self.previous.add(PreviousContact { node: contact.node, tips: contact.tips, friction });
+                self.previous.add(PreviousContact { node: contact.node, touched: contact.touched, friction });
             }
-            if contact.state != State::Free && contact.tips.1.is_none() {
+            if contact.state != State::Free && contact.touched.second.is_none() {
                 // The velocity that moved it out of the tip was a correction of its position; it is removed again.
-                let (n, tip) = (contact.normal, &mut self.tips[contact.tips.0]);
+                let (n, tip) = (contact.normal, &mut self.tips[contact.touched.first]);
                 let excess =
                     ((system.nodes.v[i] - tip.velocity_at(system.nodes.x[i])).dot(&n) - contact.rebound).max(0.0);
                 system.nodes.v[i] -= excess * n;
@@ -421,7 +432,7 @@ impl ContactConstraints for SheetTips {
                 reaction[i] -= push * n;
             }
             if contact.state == State::Slides {
-                let slip = system.nodes.v[i] - self.tips[contact.tips.0].velocity_at(system.nodes.x[i]);
+                let slip = system.nodes.v[i] - self.tips[contact.touched.first].velocity_at(system.nodes.x[i]);
                 self.friction_work -= contact.friction.dot(&slip) * self.dt;
                 reaction[i] += contact.friction;
             }
@@ -457,14 +468,14 @@ mod tests {
     #[test]
     fn a_vertex_follows_a_receding_tip_but_not_after_a_pinch() {
         let sheet = SheetTips { tips: vec![tip(0.3), tip(0.3)], dt: 1e-3, ..SheetTips::default() };
-        let gap =
-            |t: usize, tips: (usize, Option<usize>)| sheet.gap(t, PreviousContact { node: 0, tips, friction: None });
-        assert_eq!((gap(0, (0, None)), gap(1, (0, None)), gap(0, (0, Some(1)))), (0.5e-3, 8e-6, 8e-6));
+        let gap = |t: usize, touched: Touched| sheet.gap(t, PreviousContact { node: 0, touched, friction: None });
+        let (first, both) = (Touched::one(0), Touched { first: 0, second: Some(1) });
+        assert_eq!((gap(0, first), gap(1, first), gap(0, both)), (0.5e-3, 8e-6, 8e-6));
         let outside = |gap| {
             contact_normal(&sheet.tips[0], Vertex { x: Vec3::new(0.0, 0.0, 8.4e-3), v: Vec3::zeros() }, 1e-3, gap)
                 .is_some()
         };
-        assert!(outside(Some(gap(0, (0, None)))) && !outside(Some(gap(1, (0, None)))) && !outside(None));
+        assert!(outside(Some(gap(0, first))) && !outside(Some(gap(1, first))) && !outside(None));
     }
 
     #[test]

@@ -284,7 +284,7 @@ impl Session {
         let obstacles = self.obstacles.contacts.get(index).into_iter().flat_map(|contacts| contacts.held());
         let tips = self.sheet_tips[index].held().map(|node| (node, Constraint::Fixed));
         let predicted = if is_loaded[index] { &forces[index][..] } else { &[] };
-        collisions.add_member((index, &self.bodies[index]), time.dt, stands, obstacles.chain(tips), predicted);
+        collisions.add_member(index, &self.bodies[index], time.dt, stands, obstacles.chain(tips), predicted);
         true
     }
 

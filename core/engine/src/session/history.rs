@@ -191,7 +191,7 @@ impl Session {
         for step in &self.plan.history_steps {
             match step.trigger {
                 Trigger::Time(at) if after < at && at <= time => timed.push((at, step.redo)),
-                Trigger::Button { button, span } if span.0 <= time && time < span.1 && pressed >> button & 1 == 1 => {
+                Trigger::Button { button, span } if span.contains(time) && pressed >> button & 1 == 1 => {
                     by_button.push(step.redo);
                 }
                 Trigger::Time(_) | Trigger::Button { .. } => {}

@@ -153,7 +153,7 @@ fn pair(body: &mut Body, planes: &[SymmetryPlane], time: f64, events: &mut Event
         return;
     }
     let (symmetry, missing) = Symmetry::new(&body.model, &body.skin, planes);
-    for (reflection, centre) in missing {
+    for SymmetryPlane { reflection, centre } in missing {
         events.add(EventKind::Model, time, || {
             let (name, words, at) = (&body.name, reflection.words(), centre.as_slice());
             format!("body `{name}` is not symmetric in {words} about {at:?} m: hands are mirrored, and the shape is what they make it")
@@ -165,11 +165,11 @@ fn pair(body: &mut Body, planes: &[SymmetryPlane], time: f64, events: &mut Event
 /// The planes through `centre` (m) normal to each of `axes`.
 fn normal_to(axes: Axes, centre: Vec3) -> Vec<SymmetryPlane> {
     let single = |axis: usize| Reflection::Axes(std::array::from_fn(|i| i == axis));
-    (0..3).filter(|i| axes[*i]).map(|i| (single(i), centre)).collect()
+    (0..3).filter(|i| axes[*i]).map(|i| SymmetryPlane { reflection: single(i), centre }).collect()
 }
 
 /// The reflection of a mirror image of a hand, and a point (m) on its planes.
-fn reflection(image: Image, model: &Model) -> SymmetryPlane {
+fn reflection(image: Image, model: &Model) -> (Reflection, Vec3) {
     let middle = || model.surface.bounds().centre();
     match image {
         Image::Axes(axes) => (Reflection::Axes(axes), middle()),
@@ -216,6 +216,6 @@ pub(super) fn join(
 fn planes_of(reflection: Reflection, centre: Vec3) -> Vec<SymmetryPlane> {
     match reflection {
         Reflection::Axes(axes) => normal_to(axes, centre),
-        Reflection::Plane(_) => vec![(reflection, centre)],
+        Reflection::Plane(_) => vec![SymmetryPlane { reflection, centre }],
     }
 }

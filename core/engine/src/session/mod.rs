@@ -424,7 +424,7 @@ impl Session {
         let slot = &mut self.tools[tool];
         let runs = |e: &Edit| {
             let pressed = e.button.is_none_or(|b| slot.hand.buttons >> b & 1 == 1);
-            e.tool == tool && e.span.0 <= time && time < e.span.1 && pressed
+            e.tool == tool && e.span.contains(time) && pressed
         };
         let mut running = self.plan.edits.iter().enumerate().filter(|(_, e)| runs(e)).map(|(at, _)| at);
         slot.taken_back = slot.taken_back.filter(|edit| running.clone().any(|other| other == *edit));

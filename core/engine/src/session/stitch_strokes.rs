@@ -3,7 +3,7 @@
 use super::ties::{CLOSING_TIME, Stroke};
 use super::{EventKind, Session};
 use crate::body::{Body, LatticeError};
-use crate::contact::{StitchCandidate, StitchSearch};
+use crate::contact::{SearchBall, StitchCandidate, StitchSearch};
 use crate::edit::StitchRequest;
 use pliant_solver::Vec3;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ impl Session {
         for second in (0..self.bodies.len()).filter(|index| *index != first) {
             let edges = [first, second].map(|index| self.bodies[index].discretization.edge());
             let spacing = self.tie_spacing([first, second]);
-            let search = StitchSearch { ball: Some((centre, radius)), reach: radius, spacing };
+            let search = StitchSearch { ball: Some(SearchBall { centre, radius }), reach: radius, spacing };
             let found = match self.find_stitches([first, second], search) {
                 Ok(found) if found.is_empty() => continue,
                 Ok(found) => found,

@@ -21,8 +21,11 @@ pub(super) struct Candidate {
 
 /// Lists the features of pairs of members whose ways from `from` to `to` (m) come near each other. Boxes of the trees must be up to date.
 pub(super) fn list(
-    (surfaces, members, pairs): (&[CollisionSurface], &[Member], &[Pair]),
-    [from, to]: [&[Vec3]; 2],
+    surfaces: &[CollisionSurface],
+    members: &[Member],
+    pairs: &[Pair],
+    from: &[Vec3],
+    to: &[Vec3],
     stack: &mut Vec<[u32; 2]>,
     candidates: &mut Vec<Candidate>,
 ) {
@@ -33,9 +36,11 @@ pub(super) fn list(
         let reach = LISTED * pair.thickness;
         let mut list = Lister { reach, pair: number as u32, from, to, candidates };
         let visit = |s: u32, t: u32| {
-            list.add_vertices((of_a, a.vertex, s), (of_b, b.vertex, t));
-            list.add_vertices((of_b, b.vertex, t), (of_a, a.vertex, s));
-            list.add_edges((of_a, a.vertex, s), (of_b, b.vertex, t));
+            let of_a = SurfaceTriangle { surface: of_a, first: a.vertex, triangle: s };
+            let of_b = SurfaceTriangle { surface: of_b, first: b.vertex, triangle: t };
+            list.add_vertices(of_a, of_b);
+            list.add_vertices(of_b, of_a);
+            list.add_edges(of_a, of_b);
         };
         match pair.members[0] == pair.members[1] {
             true => of_a.tree.own_pairs(reach, stack, visit),
@@ -46,7 +51,7 @@ pub(super) fn list(
 
 /// Finds the candidates that meet on their ways from `from` to `to` (m). Returns the time of the first impact as a fraction of the step, infinite if there is
 /// none.
-pub(super) fn find_impacts(candidates: &mut [Candidate], pairs: &[Pair], [from, to]: [&[Vec3]; 2]) -> f64 {
+pub(super) fn find_impacts(candidates: &mut [Candidate], pairs: &[Pair], from: &[Vec3], to: &[Vec3]) -> f64 {
     let mut first = f64::INFINITY;
     for candidate in candidates {
         let least = LEAST * pairs[candidate.pair as usize].thickness;
@@ -97,15 +102,23 @@ struct Lister<'a> {
     candidates: &'a mut Vec<Candidate>,
 }
 
-/// A triangle of a surface whose first vertex has this number among all.
-type OfSurface<'a> = (&'a CollisionSurface, u32, u32);
+/// A triangle of the surface of a member.
+#[derive(Clone, Copy)]
+struct SurfaceTriangle<'a> {
+    surface: &'a CollisionSurface,
+    /// Number of the first vertex of the surface among the vertices of all members.
+    first: u32,
+    /// Number of the triangle on the surface.
+    triangle: u32,
+}
 
 impl Lister<'_> {
     /// Adds the vertices that a triangle looks after with another triangle.
-    fn add_vertices(&mut self, (of, first, s): OfSurface<'_>, (other, base, t): OfSurface<'_>) {
-        let corners = other.triangles[t as usize].map(|v| base + v);
-        let own = of.triangles[s as usize].iter().zip(of.own_vertices[s as usize]);
-        for vertex in own.filter(|(_, own)| *own).map(|(v, _)| first + v) {
+    fn add_vertices(&mut self, of: SurfaceTriangle<'_>, other: SurfaceTriangle<'_>) {
+        let (s, t) = (of.triangle as usize, other.triangle as usize);
+        let corners = other.surface.triangles[t].map(|v| other.first + v);
+        let own = of.surface.triangles[s].iter().zip(of.surface.own_vertices[s]);
+        for vertex in own.filter(|(_, own)| *own).map(|(v, _)| of.first + v) {
             if !corners.contains(&vertex) {
                 self.add(Kind::VertexTriangle, [vertex, corners[0], corners[1], corners[2]], 1);
             }
@@ -113,11 +126,12 @@ impl Lister<'_> {
     }
 
     /// Adds the edges that one triangle looks after with those of the other.
-    fn add_edges(&mut self, (of, first, s): OfSurface<'_>, (other, base, t): OfSurface<'_>) {
-        for e in of.own_edges[s as usize].into_iter().filter(|e| *e != NO_EDGE) {
-            let [a, b] = of.edges[e as usize].map(|v| first + v);
-            for f in other.own_edges[t as usize].into_iter().filter(|f| *f != NO_EDGE) {
-                let [c, d] = other.edges[f as usize].map(|v| base + v);
+    fn add_edges(&mut self, of: SurfaceTriangle<'_>, other: SurfaceTriangle<'_>) {
+        let (s, t) = (of.triangle as usize, other.triangle as usize);
+        for e in of.surface.own_edges[s].into_iter().filter(|e| *e != NO_EDGE) {
+            let [a, b] = of.surface.edges[e as usize].map(|v| of.first + v);
+            for f in other.surface.own_edges[t].into_iter().filter(|f| *f != NO_EDGE) {
+                let [c, d] = other.surface.edges[f as usize].map(|v| other.first + v);
                 if a != c && a != d && b != c && b != d {
                     self.add(Kind::EdgeEdge, [a, b, c, d], 2);
                 }

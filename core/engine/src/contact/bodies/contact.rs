@@ -154,12 +154,13 @@ impl ContactSet {
     }
 
     /// Adds a tie of two points, each carried by nodes with weights that add up to 1: node numbers among those of all members, with the weights of the second
-    /// point negated. `bounds` are the velocities (m/s) of the first point relative to the second that are sought. Ties nothing if no node of it can move.
+    /// point negated. `bounds` are the velocities (m/s) of the first point relative to the second that are sought, `most` the largest impulse (N s). Ties nothing if no node of it can move.
     pub fn add_tie(
         &mut self,
         carriers: &[(u32, f64)],
         nodes: &CollisionNodes,
-        (data, law): (ContactData, Law),
+        data: ContactData,
+        most: f64,
         bounds: Vec3,
     ) {
         let first = self.shares.len();
@@ -169,7 +170,7 @@ impl ContactSet {
             normal: Vec3::x(),
             tangents: [Vec3::y(), Vec3::z()],
             data,
-            law,
+            law: Law::Tie { most },
             bounds: bounds.into(),
             compliance: 0.0,
             tangential: [0.0; 3],

@@ -50,6 +50,16 @@ pub(super) struct DualMember {
     pub is_moved: bool,
 }
 
+/// The bodies of a solve, with what answers impulses on them.
+pub(super) struct DualBodies<'a> {
+    /// Nodes of all members.
+    pub nodes: &'a CollisionNodes,
+    /// The bodies, each with its nodes.
+    pub members: &'a [DualMember],
+    /// How they answer impulses.
+    pub compliance: &'a mut dyn Compliance,
+}
+
 /// What a solve took.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DualReport {
@@ -95,14 +105,7 @@ pub(super) struct Tolerances {
 impl DualSolver {
     /// Solves for the impulses of the contacts, starting from those that they have; `free` are velocities of the nodes without contact, m/s (n x 3). Leaves
     /// the velocity changes in `changes`.
-    pub fn solve(
-        &mut self,
-        set: &mut ContactSet,
-        (nodes, free): (&CollisionNodes, &[Vec3]),
-        members: &[DualMember],
-        bodies: &mut dyn Compliance,
-        dt: f64,
-    ) -> DualReport {
+    pub fn solve(&mut self, set: &mut ContactSet, free: &[Vec3], bodies: &mut DualBodies<'_>, dt: f64) -> DualReport {
         let mut report = DualReport::default();
         self.free.clear();
         self.free.extend(set.contacts.iter().map(|contact| set.velocities(contact, free)));
@@ -110,10 +113,10 @@ impl DualSolver {
         for contact in &mut set.contacts {
             contact.slides = false;
         }
-        self.respond(set, nodes, members, bodies, &mut report);
+        self.respond(set, bodies, &mut report);
         let is_firm_tie = |contact: &Contact| contact.law == Law::Tie { most: f64::INFINITY };
         if !set.is_empty() && set.contacts.iter().all(is_firm_tie) {
-            self.solve_ties(set, (nodes, members), bodies, tolerances.tie, &mut report);
+            self.solve_ties(set, bodies, tolerances.tie, &mut report);
             return report;
         }
         self.ahead.clone_from(&self.now);
@@ -123,12 +126,12 @@ impl DualSolver {
             self.length = 1.0;
         }
         let mut theta = 1.0_f64;
-        while report.iterations < MAX_ITERATIONS && !bodies.is_cancelled() {
+        while report.iterations < MAX_ITERATIONS && !bodies.compliance.is_cancelled() {
             report.iterations += 1;
             self.last_impulse.clear();
             self.last_impulse.extend(set.contacts.iter().map(|contact| contact.impulse));
             std::mem::swap(&mut self.last, &mut self.now);
-            self.descend(set, nodes, members, bodies, &mut report);
+            self.descend(set, bodies, &mut report);
             if self.has_converged(set, tolerances) {
                 if !self.let_slide(set, tolerances.approach) {
                     report.converged = true;
@@ -194,21 +197,14 @@ impl DualSolver {
     }
 
     /// A projected step from the extrapolated iterate, shortened until the quadratic bound of its length holds.
-    fn descend(
-        &mut self,
-        set: &mut ContactSet,
-        nodes: &CollisionNodes,
-        members: &[DualMember],
-        bodies: &mut dyn Compliance,
-        report: &mut DualReport,
-    ) {
+    fn descend(&mut self, set: &mut ContactSet, bodies: &mut DualBodies<'_>, report: &mut DualReport) {
         for _ in 0..MAX_SHRINKS {
             for (c, contact) in set.contacts.iter_mut().enumerate() {
                 let (gradient, ahead) = (self.gradient(contact.bounds, c), self.ahead_impulse[c]);
                 let wanted = [0, 1, 2].map(|k: usize| ahead[k] - self.length / contact.scale * gradient[k]);
                 contact.impulse = contact.project(wanted);
             }
-            self.respond(set, nodes, members, bodies, report);
+            self.respond(set, bodies, report);
             let (mut curvature, mut squared) = (0.0, 0.0);
             for (c, contact) in set.contacts.iter().enumerate() {
                 for k in 0..3 {
@@ -226,40 +222,32 @@ impl DualSolver {
     }
 
     /// Computes the velocity changes of nodes and of contacts by the present impulses, less those that the nodes have had in the steps of their bodies.
-    pub(super) fn respond(
-        &mut self,
-        set: &ContactSet,
-        nodes: &CollisionNodes,
-        members: &[DualMember],
-        bodies: &mut dyn Compliance,
-        report: &mut DualReport,
-    ) {
+    pub(super) fn respond(&mut self, set: &ContactSet, bodies: &mut DualBodies<'_>, report: &mut DualReport) {
         for field in [&mut self.impulses, &mut self.changes] {
             field.clear();
-            field.resize(nodes.len(), Vec3::zeros());
+            field.resize(bodies.nodes.len(), Vec3::zeros());
         }
         set.add_impulses(&mut self.impulses);
-        self.impulses.iter_mut().zip(&nodes.predicted).for_each(|(p, predicted)| *p -= predicted);
-        self.respond_to_impulses(set, nodes, members, bodies, report);
+        self.impulses.iter_mut().zip(&bodies.nodes.predicted).for_each(|(p, predicted)| *p -= predicted);
+        self.respond_to_impulses(set, bodies, report);
     }
 
     /// Computes the velocity changes of nodes and of contacts by the impulses in `self.impulses`; `changes` must be zero.
     pub(super) fn respond_to_impulses(
         &mut self,
         set: &ContactSet,
-        nodes: &CollisionNodes,
-        members: &[DualMember],
-        bodies: &mut dyn Compliance,
+        bodies: &mut DualBodies<'_>,
         report: &mut DualReport,
     ) {
-        for DualMember { body, nodes: range, is_moved } in members {
+        let nodes = bodies.nodes;
+        for DualMember { body, nodes: range, is_moved } in bodies.members {
             let impulses = &self.impulses[range.clone()];
             if !is_moved || impulses.iter().all(|p| *p == Vec3::zeros()) {
                 continue;
             }
             let constraints = &nodes.constraint[range.clone()];
             let changes = &mut self.changes[range.clone()];
-            match bodies.respond(*body, constraints, impulses, RESPONSE_TOLERANCE, changes) {
+            match bodies.compliance.respond(*body, constraints, impulses, RESPONSE_TOLERANCE, changes) {
                 Some(iterations) => report.solver_iterations += iterations,
                 None => {
                     for ((change, impulse), i) in changes.iter_mut().zip(impulses).zip(range.clone()) {
@@ -393,7 +381,8 @@ mod tests {
             let mut set = ContactSet::default();
             set.add(&gap(Kind::VertexTriangle, &x), |i| (0, &carriers[i][..]), &nodes, data);
             let mut dual = DualSolver::default();
-            let report = dual.solve(&mut set, (&nodes, &nodes.v), &members, &mut Masses { is_cancelled }, 1e-3);
+            let mut bodies = DualBodies { nodes: &nodes, members: &members, compliance: &mut Masses { is_cancelled } };
+            let report = dual.solve(&mut set, &nodes.v, &mut bodies, 1e-3);
             assert_eq!(report.converged, !is_cancelled);
             if is_cancelled {
                 assert_eq!(report.iterations, 0);

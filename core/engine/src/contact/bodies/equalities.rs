@@ -1,10 +1,8 @@
 //! Ties of points alone: without contacts the dual problem is the linear system J A^-1 J^T l = b - J v, which the conjugate gradient method solves, with the
 //! diagonal of J A^-1 J^T as preconditioner. Rows that say the same twice, as where two ties hold one node to another, leave it singular and consistent.
 
-use super::Compliance;
 use super::contact::ContactSet;
-use super::dual::{DualMember, DualReport, DualSolver, missing};
-use super::nodes::CollisionNodes;
+use super::dual::{DualBodies, DualReport, DualSolver, missing};
 use pliant_solver::Vec3;
 
 /// Most iterations of a solve.
@@ -47,8 +45,7 @@ impl DualSolver {
     pub(super) fn solve_ties(
         &mut self,
         set: &mut ContactSet,
-        (nodes, members): (&CollisionNodes, &[DualMember]),
-        bodies: &mut dyn Compliance,
+        bodies: &mut DualBodies<'_>,
         tolerance: f64,
         report: &mut DualReport,
     ) {
@@ -61,14 +58,14 @@ impl DualSolver {
             cg.residual.clear();
             cg.residual.extend(set.contacts.iter().enumerate().map(|(c, tie)| missing(tie, self.velocity(c))));
             report.converged = cg.largest() <= tolerance;
-            if report.converged || bodies.is_cancelled() || report.iterations >= MAX_ITERATIONS {
+            if report.converged || bodies.compliance.is_cancelled() || report.iterations >= MAX_ITERATIONS {
                 break;
             }
-            self.iterate(set, &mut cg, (nodes, members), bodies, tolerance, report);
+            self.iterate(set, &mut cg, bodies, tolerance, report);
             for (tie, impulse) in set.contacts.iter_mut().zip(&cg.impulse) {
                 tie.impulse = (*impulse).into();
             }
-            self.respond(set, nodes, members, bodies, report);
+            self.respond(set, bodies, report);
             let left = set.contacts.iter().enumerate().map(|(c, tie)| missing(tie, self.velocity(c)).norm());
             report.converged = left.fold(0.0, f64::max) <= tolerance;
         }
@@ -80,25 +77,24 @@ impl DualSolver {
         &mut self,
         set: &mut ContactSet,
         cg: &mut TieVectors,
-        (nodes, members): (&CollisionNodes, &[DualMember]),
-        bodies: &mut dyn Compliance,
+        bodies: &mut DualBodies<'_>,
         tolerance: f64,
         report: &mut DualReport,
     ) {
         cg.direction.clear();
         cg.direction.extend(cg.residual.iter().zip(&cg.inverse_scale).map(|(r, s)| *s * r));
         let mut energy = cg.energy();
-        while report.iterations < MAX_ITERATIONS && !bodies.is_cancelled() {
+        while report.iterations < MAX_ITERATIONS && !bodies.compliance.is_cancelled() {
             report.iterations += 1;
             for (tie, direction) in set.contacts.iter_mut().zip(&cg.direction) {
                 tie.impulse = (*direction).into();
             }
             for field in [&mut self.impulses, &mut self.changes] {
                 field.clear();
-                field.resize(nodes.len(), Vec3::zeros());
+                field.resize(bodies.nodes.len(), Vec3::zeros());
             }
             set.add_impulses(&mut self.impulses);
-            self.respond_to_impulses(set, nodes, members, bodies, report);
+            self.respond_to_impulses(set, bodies, report);
             let answer = |c: usize| Vec3::from(self.now[c]);
             let curvature: f64 = cg.direction.iter().enumerate().map(|(c, d)| d.dot(&answer(c))).sum();
             if !(curvature > 0.0 && curvature.is_finite()) {

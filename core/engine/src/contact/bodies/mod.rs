@@ -29,7 +29,7 @@ use dual::{DualMember, DualSolver};
 use impulses::Impulses;
 use nodes::CollisionNodes;
 use pliant_solver::{Constraint, Vec3};
-pub use stitch_search::{StitchCandidate, StitchSearch};
+pub use stitch_search::{SearchBall, StitchCandidate, StitchSearch};
 use surface::CollisionSurface;
 pub use ties::{TiePoint, TieRow};
 use warm_start::WarmStart;
@@ -163,8 +163,10 @@ pub struct BodyCollisions {
     dual_members: Vec<DualMember>,
     first_impacts: FirstImpacts,
     warm_start: WarmStart,
-    /// Positions (m) and velocities (m/s) of the nodes at the end of the step without contact.
-    free: (Vec<Vec3>, Vec<Vec3>),
+    /// Positions of the nodes at the end of the step without contact, m (n x 3).
+    free_x: Vec<Vec3>,
+    /// Velocities of the nodes at the end of the step without contact, m/s (n x 3).
+    free_v: Vec<Vec3>,
     impulses: Impulses,
     stack: Vec<[u32; 2]>,
     /// Impulse on each body in the step, N s.
@@ -238,11 +240,12 @@ impl BodyCollisions {
         Ok(())
     }
 
-    /// Adds a body to those that may meet in the step of `dt` (s) that has just been taken. `held` are nodes that tools or obstacles hold; nothing moves a body
+    /// Adds the body `index` to those that may meet in the step of `dt` (s) that has just been taken. `held` are nodes that tools or obstacles hold; nothing moves a body
     /// that `stands`. Its step had the forces `predicted` (N, n x 3; empty for none) in it, which those of contact replace.
     pub fn add_member(
         &mut self,
-        (index, body): (usize, &Body),
+        index: usize,
+        body: &Body,
         dt: f64,
         stands: bool,
         held: impl Iterator<Item = (u32, Constraint)>,

@@ -2,7 +2,7 @@
 
 use super::candidates::{find_impacts, list};
 use super::contact::{ContactData, feature_key};
-use super::dual::DualMember;
+use super::dual::{DualBodies, DualMember};
 use super::features::{Gap, Kind, gap};
 use super::{BodyCollisions, Candidate, CollisionReport, Compliance, LISTED, Member, NEAR, RECOVERY_TIME, zones};
 use crate::body::DisjointSets;
@@ -57,8 +57,8 @@ impl BodyCollisions {
 
     /// Rounds of the implicit solve, each with the contacts of the round before and those of the impacts that it left. Returns whether no impact is left.
     fn solve_implicit(&mut self, dt: f64, bodies: &mut dyn Compliance, report: &mut CollisionReport) -> bool {
-        self.free.0.clone_from(&self.nodes.x);
-        self.free.1.clone_from(&self.nodes.v);
+        self.free_x.clone_from(&self.nodes.x);
+        self.free_v.clone_from(&self.nodes.v);
         let mut members = std::mem::take(&mut self.dual_members);
         members.clear();
         members.extend((0..self.members.len()).map(|at| {
@@ -89,7 +89,8 @@ impl BodyCollisions {
             if is_idle || bodies.is_cancelled() || (solve > 0 && self.set.contacts.len() == first) {
                 break;
             }
-            let solved = self.dual.solve(&mut self.set, (&self.nodes, &self.free.1), &members, bodies, dt);
+            let mut answering = DualBodies { nodes: &self.nodes, members: &members, compliance: &mut *bodies };
+            let solved = self.dual.solve(&mut self.set, &self.free_v, &mut answering, dt);
             report.solves += 1;
             report.contacts = self.set.contacts.len();
             report.iterations += solved.iterations;
@@ -97,7 +98,7 @@ impl BodyCollisions {
             report.has_converged &= solved.converged;
             let ends = self.nodes.x.iter_mut().zip(&mut self.nodes.v);
             for ((x, v), ((free_x, free_v), by)) in
-                ends.zip(self.free.0.iter().zip(&self.free.1).zip(&self.dual.changes))
+                ends.zip(self.free_x.iter().zip(&self.free_v).zip(&self.dual.changes))
             {
                 (*x, *v) = (free_x + dt * by, free_v + by);
             }
@@ -200,12 +201,12 @@ impl BodyCollisions {
             surface.refit(&self.from[range.clone()], &self.to[range]);
         }
         let Self { surfaces, members, pairs, candidates, stack, from, to, .. } = self;
-        list((surfaces, members, pairs), [from, to], stack, candidates);
+        list(surfaces, members, pairs, from, to, stack, candidates);
     }
 
     /// Finds the candidates that meet. Returns the time of the first impact as a fraction of the step, infinite if there is none.
     fn find_impacts(&mut self) -> f64 {
-        find_impacts(&mut self.candidates, &self.pairs, [&self.from, &self.to])
+        find_impacts(&mut self.candidates, &self.pairs, &self.from, &self.to)
     }
 
     /// Positions of the vertices of a candidate at `before` (s) before the end of the step, on the straight way that its velocities make.

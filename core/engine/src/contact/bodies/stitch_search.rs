@@ -22,11 +22,20 @@ impl StitchCandidate {
     }
 }
 
+/// A ball in which points are looked for.
+#[derive(Clone, Copy, Debug)]
+pub struct SearchBall {
+    /// Centre, m.
+    pub centre: Vec3,
+    /// Radius, m.
+    pub radius: f64,
+}
+
 /// Where points of two bodies are looked for.
 #[derive(Clone, Copy, Debug)]
 pub struct StitchSearch {
-    /// A ball in which one of the two points is, m; `None` for everywhere.
-    pub ball: Option<(Vec3, f64)>,
+    /// A ball in which one of the two points is; `None` for everywhere.
+    pub ball: Option<SearchBall>,
     /// Largest distance of two points, m.
     pub reach: f64,
     /// Least distance of points of the finer surface from each other, m: ties that are closer than nodes say the same twice, or contradict each other.
@@ -43,13 +52,20 @@ struct Searched<'a> {
     body: &'a Body,
     /// Vertices of the surface, m.
     positions: Vec<Vec3>,
-    /// Model vertices of the triangles, and their vertices on the surface.
-    triangles: Vec<([u32; 3], [u32; 3])>,
+    triangles: Vec<SearchedTriangle>,
+}
+
+/// A triangle of a surface that is searched.
+struct SearchedTriangle {
+    /// Its vertices in the model.
+    of_model: [u32; 3],
+    /// Its vertices on the surface.
+    of_surface: [u32; 3],
 }
 
 impl Searched<'_> {
     fn corners(&self, triangle: usize) -> [Vec3; 3] {
-        self.triangles[triangle].1.map(|v| self.positions[v as usize])
+        self.triangles[triangle].of_surface.map(|v| self.positions[v as usize])
     }
 
     fn normal(&self, triangle: usize) -> Vec3 {
@@ -101,7 +117,7 @@ impl BodyCollisions {
         let triangles = visible.filter_map(|t| {
             let corners = model.surface.triangles[t as usize];
             let [a, b, c] = corners.map(|v| surface.vertex_of(v));
-            Some((corners, [a?, b?, c?]))
+            Some(SearchedTriangle { of_model: corners, of_surface: [a?, b?, c?] })
         });
         Searched { body, triangles: triangles.collect(), positions }
     }
@@ -117,14 +133,14 @@ fn nearest_points(
     let mut normals = vec![Vec3::zeros(); fine.positions.len()];
     let mut model_vertex = vec![u32::MAX; fine.positions.len()];
     for t in 0..fine.triangles.len() {
-        let (of_model, of_surface) = fine.triangles[t];
+        let SearchedTriangle { of_model, of_surface } = fine.triangles[t];
         for (vertex, at) in of_model.into_iter().zip(of_surface) {
             normals[at as usize] += fine.normal(t);
             model_vertex[at as usize] = vertex;
         }
     }
-    let away = |x: Vec3| search.ball.map_or(0.0, |(centre, _)| (x - centre).norm());
-    let is_inside = |x: Vec3, margin: f64| search.ball.is_none_or(|(_, radius)| away(x) <= radius + margin);
+    let away = |x: Vec3| search.ball.map_or(0.0, |ball| (x - ball.centre).norm());
+    let is_inside = |x: Vec3, margin: f64| search.ball.is_none_or(|ball| away(x) <= ball.radius + margin);
     let mut vertices: Vec<usize> = (0..fine.positions.len())
         .filter(|v| model_vertex[*v] != u32::MAX && is_inside(fine.positions[*v], search.reach))
         .collect();
@@ -148,13 +164,11 @@ fn nearest_points(
             let closest = closest_point(p, coarse.corners(t));
             let distance = (p - closest.point).norm();
             let is_nearer = best.as_ref().is_none_or(|(least, _)| distance < *least);
-            if distance > search.reach
-                || !is_nearer
-                || !faces(&normals[v], (fine, coarse), t, (p - closest.point, within))
+            if distance > search.reach || !is_nearer || !faces(&normals[v], fine, coarse, t, p - closest.point, within)
             {
                 continue;
             }
-            let of_model = TiePoint { vertices: coarse.triangles[t].0, weights: closest.bary.into() };
+            let of_model = TiePoint { vertices: coarse.triangles[t].of_model, weights: closest.bary.into() };
             let points = [TiePoint::vertex(model_vertex[v]), of_model];
             best = Some((distance, StitchCandidate { points, positions: [p, closest.point] }));
         }
@@ -164,13 +178,9 @@ fn nearest_points(
     found
 }
 
-/// Whether a vertex with this normal, `apart` (m) from a triangle of the other surface, is in front of it and looks at it. A sheet looks both ways.
-fn faces(
-    normal: &Vec3,
-    (fine, coarse): (&Searched<'_>, &Searched<'_>),
-    triangle: usize,
-    (apart, within): (Vec3, f64),
-) -> bool {
+/// Whether a vertex with this normal, `apart` (m) from a triangle of the other surface, is in front of it, or at most `within` (m) behind it, and looks at it. A sheet looks both
+/// ways.
+fn faces(normal: &Vec3, fine: &Searched<'_>, coarse: &Searched<'_>, triangle: usize, apart: Vec3, within: f64) -> bool {
     let other = coarse.normal(triangle);
     let behind = (BEHIND * apart.norm()).max(within);
     let looks_at = |normal: &Vec3, way: Vec3| way.dot(normal) >= -behind * normal.norm();

@@ -1,6 +1,6 @@
 //! Ties of points of two bodies: rows of the implicit solve of contact ([`super::dual`]) that hold in every direction, with the impulses that this takes.
 
-use super::contact::{ContactData, FeatureKey, Law};
+use super::contact::{ContactData, FeatureKey};
 use super::{BodyCollisions, Member, THICKNESS};
 use crate::body::{Body, LatticeError, Model};
 use pliant_solver::Vec3;
@@ -99,7 +99,7 @@ impl BodyCollisions {
             };
             // Impulses change positions by what they change velocities in the step.
             let bounds = velocity + (wanted - end) / dt;
-            self.set.add_tie(&carriers, &self.nodes, (data, Law::Tie { most: tie.most }), bounds);
+            self.set.add_tie(&carriers, &self.nodes, data, tie.most, bounds);
         }
         (self.ties, self.carriers) = (ties, carriers);
     }

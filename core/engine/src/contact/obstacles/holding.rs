@@ -3,7 +3,7 @@
 use super::placed::ContactPlane;
 use super::points::Point;
 use super::{NONE, ObstacleContacts};
-use crate::contact::held::{MIN_REBOUND_SPEED, State, VertexContact};
+use crate::contact::held::{MIN_REBOUND_SPEED, State, Touched, VertexContact};
 use pliant_solver::{Constraint, System, TrialStep, Vec3};
 
 /// Largest speed at which a point that is inside is pushed out, relative to the obstacle, m/s.
@@ -31,7 +31,7 @@ impl ObstacleContacts {
         system: &mut System,
         start: &Start<'_>,
     ) -> bool {
-        self.hold_nodes(point.constrained(), point.obstacle as usize, (x, plane), system, start)
+        self.hold_nodes(point.constrained(), point.obstacle as usize, x, plane, system, start)
     }
 
     /// As [`Self::hold`], of these nodes of a point.
@@ -39,7 +39,8 @@ impl ObstacleContacts {
         &mut self,
         nodes: impl Iterator<Item = u32>,
         obstacle: usize,
-        (x, plane): (Vec3, &ContactPlane),
+        x: Vec3,
+        plane: &ContactPlane,
         system: &mut System,
         start: &Start<'_>,
     ) -> bool {
@@ -60,7 +61,7 @@ impl ObstacleContacts {
                     continue;
                 }
                 let x = start(system, i);
-                let contact = self.new_contact((node, x), obstacle, plane.normal, target, system);
+                let contact = self.new_contact(node, x, obstacle, plane.normal, target, system);
                 self.place_of[i] = self.contacts.len() as u32;
                 self.constrain(&contact, x, system);
                 self.contacts.push(contact);
@@ -92,13 +93,14 @@ impl ObstacleContacts {
     /// A contact of a node that is at `x` (m) before the step.
     fn new_contact(
         &self,
-        (node, x): (u32, Vec3),
+        node: u32,
+        x: Vec3,
         obstacle: usize,
         normal: Vec3,
         target: f64,
         system: &System,
     ) -> VertexContact {
-        let before = self.previous.of(node).filter(|last| last.tips.0 == obstacle);
+        let before = self.previous.of(node).filter(|last| last.touched.first == obstacle);
         let placed = &self.obstacles[obstacle];
         let v = system.nodes.v[node as usize];
         let drive = placed.velocity_at(x);
@@ -112,7 +114,7 @@ impl ObstacleContacts {
         let slides = before.map_or(slip.norm() > stops, |last| last.friction.is_some());
         VertexContact {
             node,
-            tips: (obstacle, None),
+            touched: Touched::one(obstacle),
             normal,
             other: Vec3::zeros(),
             target: [target, 0.0],
@@ -128,9 +130,9 @@ impl ObstacleContacts {
     /// Sets the constraint and the prescribed velocity of a node, at `x` (m) before the step, from its contact state.
     pub(super) fn constrain(&self, contact: &VertexContact, x: Vec3, system: &mut System) {
         let i = contact.node as usize;
-        let (n, drive) = (contact.normal, self.obstacles[contact.tips.0].velocity_at(x));
+        let (n, drive) = (contact.normal, self.obstacles[contact.touched.first].velocity_at(x));
         let [a, b] = contact.target;
-        let (constraint, prescribed) = match (contact.state, contact.tips.1) {
+        let (constraint, prescribed) = match (contact.state, contact.touched.second) {
             (State::Free, _) => (Constraint::Free, Vec3::zeros()),
             (State::Slides, None) => (Constraint::Plane(n), a * n),
             (State::Sticks, None) => (Constraint::Fixed, drive + (a - drive.dot(&n)) * n),
@@ -177,7 +179,7 @@ impl ObstacleContacts {
             let free = point.carriers().filter(|(node, _)| !self.is_fixed(*node));
             let furthest = free.max_by(|a, b| (a.1 * inwards(a.0)).total_cmp(&(b.1 * inwards(b.0))));
             let node = furthest.map(|(node, _)| node).into_iter();
-            changed |= self.hold_nodes(node, point.obstacle as usize, (start, &plane), system, trial.start);
+            changed |= self.hold_nodes(node, point.obstacle as usize, start, &plane, system, trial.start);
         }
         changed
     }
@@ -187,7 +189,7 @@ impl ObstacleContacts {
 fn join(contact: &mut VertexContact, obstacle: usize, normal: Vec3, target: f64) -> bool {
     let is_one = |other: &Vec3| other.dot(&normal) > ONE_NORMAL;
     if contact.state == State::Free {
-        (contact.tips, contact.normal, contact.target) = ((obstacle, None), normal, [target, 0.0]);
+        (contact.touched, contact.normal, contact.target) = (Touched::one(obstacle), normal, [target, 0.0]);
         (contact.state, contact.caught, contact.friction) = (State::Slides, true, Vec3::zeros());
         contact.rebound = 0.0; // it was that of another contact
         return true;
@@ -198,12 +200,12 @@ fn join(contact: &mut VertexContact, obstacle: usize, normal: Vec3, target: f64)
             return false;
         }
         contact.target[0] = target;
-        if contact.tips.1.is_none() {
-            (contact.tips.0, contact.normal, contact.rebound) = (obstacle, normal, 0.0);
+        if contact.touched.second.is_none() {
+            (contact.touched.first, contact.normal, contact.rebound) = (obstacle, normal, 0.0);
         }
         return true;
     }
-    if contact.tips.1.is_some() {
+    if contact.touched.second.is_some() {
         if !is_one(&contact.other) || target <= contact.target[1] {
             return false; // a third plane is left to the correction after the step
         }
@@ -213,7 +215,7 @@ fn join(contact: &mut VertexContact, obstacle: usize, normal: Vec3, target: f64)
     if contact.normal.dot(&normal) < -ONE_NORMAL {
         return false; // squeezed between two obstacles, which leave no room
     }
-    (contact.tips.1, contact.other, contact.target[1]) = (Some(obstacle), normal, target);
+    (contact.touched.second, contact.other, contact.target[1]) = (Some(obstacle), normal, target);
     (contact.state, contact.friction) = (State::Slides, Vec3::zeros());
     true
 }

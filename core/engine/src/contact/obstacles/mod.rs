@@ -21,7 +21,7 @@ mod points;
 pub use body_contacts::BodyContacts;
 pub use placed::PlacedObstacle;
 
-use super::held::{State, VertexContact, is_settled};
+use super::held::{State, Touched, VertexContact, is_settled};
 use super::previous::{PreviousContact, PreviousContacts};
 use crate::body::{Body, LatticeError};
 use placed::ContactPlane;
@@ -82,7 +82,7 @@ impl ObstacleContacts {
     /// Nodes that obstacles hold at the end of the step, with the directions in which they are free.
     pub fn held(&self) -> impl Iterator<Item = (u32, Constraint)> + '_ {
         let near = if self.is_near() { &self.contacts[..] } else { &[] };
-        near.iter().filter_map(|contact| match (contact.state, contact.tips.1) {
+        near.iter().filter_map(|contact| match (contact.state, contact.touched.second) {
             (State::Free, _) => None,
             (State::Slides, None) => Some((contact.node, Constraint::Plane(contact.normal))),
             (State::Sticks, None) => Some((contact.node, Constraint::Fixed)),
@@ -142,8 +142,8 @@ impl ObstacleContacts {
         system: &System,
         trial: &TrialStep<'_>,
     ) -> Option<(VertexContact, bool)> {
-        let placed = &self.obstacles[contact.tips.0];
-        let Some(second) = contact.tips.1 else {
+        let placed = &self.obstacles[contact.touched.first];
+        let Some(second) = contact.touched.second else {
             let drive = placed.velocity_at((trial.start)(system, contact.node as usize));
             return contact.transition(placed.friction, drive, system, trial);
         };
@@ -160,13 +160,13 @@ impl ObstacleContacts {
             return None;
         }
         let (kept, normal, target) = match a >= b {
-            true => (contact.tips.0, contact.normal, contact.target[0]),
+            true => (contact.touched.first, contact.normal, contact.target[0]),
             false => (second, contact.other, contact.target[1]),
         };
         let error = trial.error_bound.map_or(0.0, |bound| {
             bound(system, node, contact.normal)[0].max(bound(system, node, contact.other)[0]) / (1.0 - c * c)
         });
-        let next = VertexContact { tips: (kept, None), normal, target: [target, 0.0], ..*contact };
+        let next = VertexContact { touched: Touched::one(kept), normal, target: [target, 0.0], ..*contact };
         Some((next, a.min(b) < -2.0 * error))
     }
 }
@@ -190,7 +190,8 @@ impl ContactConstraints for ObstacleContacts {
                 false => placed.plane(x, v, dt),
             };
             let enters = plane.gap + plane.normal.dot(&way) < -self.tolerance;
-            let was_here = |node| self.previous.of(node).is_some_and(|last| last.tips.0 == point.obstacle as usize);
+            let was_here =
+                |node| self.previous.of(node).is_some_and(|last| last.touched.first == point.obstacle as usize);
             if enters || (start.distance <= self.follow && point.constrained().all(was_here)) {
                 self.hold(&point, x, &plane, system, &|s, i| s.nodes.x[i]);
             }
@@ -252,12 +253,12 @@ impl ContactConstraints for ObstacleContacts {
         let share = self.dt / self.span;
         for contact in &self.contacts {
             let i = contact.node as usize;
-            let index = contact.tips.0;
+            let index = contact.touched.first;
             let placed = &self.obstacles[index];
             if contact.state != State::Free {
                 let slides = contact.state == State::Slides;
                 let on_node = reaction[i] + contact.friction;
-                match contact.tips.1 {
+                match contact.touched.second {
                     None => self.force[index] -= share * on_node,
                     Some(second) => {
                         let c = contact.normal.dot(&contact.other);
@@ -270,13 +271,14 @@ impl ContactConstraints for ObstacleContacts {
                 let next_friction =
                     || contact.next_friction(placed.friction, reaction[i], slip, system.nodes.mass[i], self.dt);
                 let friction = slides.then(next_friction).flatten();
-                self.previous.add(PreviousContact { node: contact.node, tips: contact.tips, friction });
+                self.previous.add(PreviousContact { node: contact.node, touched: contact.touched, friction });
                 if slides {
                     self.friction_work[index] -= contact.friction.dot(&slip) * self.dt;
                     reaction[i] += contact.friction;
                 }
                 // The velocity that moved it out of an obstacle was a correction of its position; it is removed again.
-                let planes = [(Some(index), contact.normal, contact.rebound), (contact.tips.1, contact.other, 0.0)];
+                let planes =
+                    [(Some(index), contact.normal, contact.rebound), (contact.touched.second, contact.other, 0.0)];
                 for (obstacle, n, rebound) in planes.into_iter().filter_map(|(o, n, rebound)| Some((o?, n, rebound))) {
                     let drive = self.obstacles[obstacle].velocity_at(system.nodes.x[i]);
                     let excess = ((system.nodes.v[i] - drive).dot(&n) - rebound).max(0.0);
