@@ -5,6 +5,7 @@
 
 use crate::abi;
 use core::ffi::CStr;
+use core::ops::RangeInclusive;
 use std::ptr::null;
 
 /// Declaration of one parameter. Keys are kebab-case, units are SI text (`"Pa"`, `"kg/m^3"`, `"1"`).
@@ -22,16 +23,16 @@ impl Param {
         abi::Param { kind, key, unit, summary, min: 0.0, max: 0.0, fallback: 0.0, choices: null(), flags: 0 }
     }
 
-    /// A number within `[range.0, range.1]`, in `unit`; `default` where the scene does not give it.
+    /// A number in `range`, in `unit`; `default` where the scene does not give it.
     pub const fn number(
         key: &'static CStr,
         unit: &'static CStr,
-        range: (f64, f64),
+        range: RangeInclusive<f64>,
         default: f64,
         summary: &'static CStr,
     ) -> Self {
         let plain = Self::raw(abi::PARAM_NUMBER, key, unit, summary);
-        Self(abi::Param { min: range.0, max: range.1, fallback: default, ..plain })
+        Self(abi::Param { min: *range.start(), max: *range.end(), fallback: default, ..plain })
     }
 
     /// The same number of a material, which may differ from element to element: [`crate::Elements::field`].

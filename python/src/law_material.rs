@@ -24,8 +24,8 @@ pub struct LawMaterial {
 
 const PARAMS: &[Param] = &[
     Param::text(c"law", c"number of the law in this process"),
-    Param::number(c"density", c"kg/m^3", (1e-6, 1e6), 1e3, c"mass per volume"),
-    Param::number(c"damping-time", c"s", (0.0, 10.0), 2e-4, c"damping over stiffness, both at rest"),
+    Param::number(c"density", c"kg/m^3", 1e-6..=1e6, 1e3, c"mass per volume"),
+    Param::number(c"damping-time", c"s", 0.0..=10.0, 2e-4, c"damping over stiffness, both at rest"),
     Param::choice(c"tangent", c"projected|exact", c"matrix of implicit steps: made positive semi-definite, or exact"),
 ];
 

@@ -117,7 +117,7 @@ impl<T: Real> Fibres<T> {
 
     /// Adds `factor` times their stiffness between corners a and b, N/m.
     #[inline(always)]
-    pub(super) fn add_block(&self, shape: &Tetrahedron<T>, factor: f64, (a, b): (usize, usize), block: &mut Mat3<T>) {
+    pub(super) fn add_block(&self, shape: &Tetrahedron<T>, factor: f64, a: usize, b: usize, block: &mut Mat3<T>) {
         let (g, m) = (&shape.gradient, self.stretched);
         let both = g[a].dot(self.direction) * g[b].dot(self.direction) * (shape.volume * factor);
         let (across, along) = (both * self.slope * 2.0, both * self.curvature * 4.0);

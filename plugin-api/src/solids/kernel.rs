@@ -82,12 +82,12 @@ impl<E: SolidEnergy, T: BlockScalar> WithSimd for Tangent<'_, '_, '_, E, T> {
                     block = stiffness.block(a, b);
                 }
                 if let Some(fibres) = &fibres {
-                    fibres.add_block(&shape, scale.stiffness, (a, b), &mut block);
+                    fibres.add_block(&shape, scale.stiffness, a, b, &mut block);
                 }
                 if let Some(damping) = &damping {
                     damping.add_block(a, b, &mut block);
                 }
-                blocks.set((a, b), &block);
+                blocks.set(a, b, &block);
             }
             blocks.add_to(out, e, 0..S::F64_LANES.min(nodes.len() - e));
         }

@@ -54,7 +54,7 @@ impl<T: BlockScalar> Default for ElementBlocks<T> {
 impl<T: BlockScalar> ElementBlocks<T> {
     /// Sets the block of corners a and b, N/m.
     #[inline(always)]
-    pub fn set<S: Simd>(&mut self, (a, b): (usize, usize), block: &Mat3<Wide<S>>) {
+    pub fn set<S: Simd>(&mut self, a: usize, b: usize, block: &Mat3<Wide<S>>) {
         let pair = crate::pair_index(a, b, 4);
         for i in 0..3 {
             for j in 0..3 {

@@ -9,11 +9,12 @@ use crate::friction::YarnFriction;
 use crate::membrane::{Membrane, StrainMeasure};
 use crate::vector::Vec3;
 use pliant_plugin_api::{Fault, Param, Params};
+use std::ops::RangeInclusive;
 
 /// Range of stiffnesses, N/m; 0: not given.
-const STIFFNESS: (f64, f64) = (0.0, 1e12);
+const STIFFNESS: RangeInclusive<f64> = 0.0..=1e12;
 /// Range of bending rigidities, N m; 0: not given.
-const BENDING: (f64, f64) = (0.0, 1e3);
+const BENDING: RangeInclusive<f64> = 0.0..=1e3;
 /// Value of `bending-hysteresis` that takes the fabric's.
 const FABRIC_HYSTERESIS: f64 = -1.0;
 /// Value of `poisson` that takes the fabric's.
@@ -22,28 +23,28 @@ const FABRIC_POISSON: f64 = -1.0;
 pub(crate) const PARAMS: &[Param] = &[
     Param::choice(c"fabric", CHOICES, c"preset of measured numbers for what is not given; none: an assumed light cloth"),
     Param::path(c"fabric-file", c"in the place of `fabric`: a TOML file with your own numbers and their `source`"),
-    Param::number(c"density", c"kg/m^2", (0.0, 1e4), 0.0, c"mass per area; 0: the fabric's"),
+    Param::number(c"density", c"kg/m^2", 0.0..=1e4, 0.0, c"mass per area; 0: the fabric's"),
     Param::number(c"young-warp", c"N/m", STIFFNESS, 0.0, c"Young's modulus along warp; 0: the fabric's"),
     Param::number(c"young-weft", c"N/m", STIFFNESS, 0.0, c"Young's modulus along weft; 0: as warp, else the fabric's"),
     Param::number(
         c"poisson",
         c"1",
-        (FABRIC_POISSON, 10.0),
+        FABRIC_POISSON..=10.0,
         FABRIC_POISSON,
         c"contraction of the weft over the stretch of the warp; -1: the fabric's",
     ),
     Param::number(c"shear", c"N/m", STIFFNESS, 0.0, c"shear stiffness; 0: the fabric's; with fabric none that of an isotropic sheet"),
     Param::number(c"c11", c"N/m", STIFFNESS, 0.0, c"elasticity tensor: c11, c12 and c22 in the place of moduli and ratio; 0: not given"),
-    Param::number(c"c12", c"N/m", (-1e12, 1e12), 0.0, c"see c11"),
+    Param::number(c"c12", c"N/m", -1e12..=1e12, 0.0, c"see c11"),
     Param::number(c"c22", c"N/m", STIFFNESS, 0.0, c"see c11"),
     Param::number(
         c"compression",
         c"1",
-        (0.0, 1.0),
+        0.0..=1.0,
         1.0,
         c"share of compressive stress that stays; below 1 for a sheet that wrinkles below the mesh",
     ),
-    Param::number(c"damping-time", c"s", (0.0, 10.0), 1e-4, c"viscosity over stiffness, in the plane and of hinges"),
+    Param::number(c"damping-time", c"s", 0.0..=10.0, 1e-4, c"viscosity over stiffness, in the plane and of hinges"),
     Param::choice(c"frame", c"polar|edge|green", c"strain measure: in the polar frame, in the frame of the first edge, or Green's"),
     Param::choice(c"tangent", c"projected|exact", c"membrane matrix: made positive semi-definite, or exact"),
     Param::choice(
@@ -63,21 +64,21 @@ pub(crate) const PARAMS: &[Param] = &[
     Param::number(
         c"bending-hysteresis",
         c"N",
-        (FABRIC_HYSTERESIS, 1e3),
+        FABRIC_HYSTERESIS..=1e3,
         0.0,
         c"width of the hysteresis loop of the bending moment, 2HB; 0: none, -1: the fabric's",
     ),
     Param::number(
         c"slip-curvature",
         c"1/m",
-        (1e-3, 1e6),
+        1e-3..=1e6,
         10.0,
         c"curvature at which yarns begin to slide, with bending-hysteresis; the default is an assumption",
     ),
     Param::number(
         c"young",
         c"1",
-        (1e-3, 1e3),
+        1e-3..=1e3,
         1.0,
         c"factor of all stiffnesses, in the plane and in bending: for a field, as a coating makes it",
     )
@@ -85,7 +86,7 @@ pub(crate) const PARAMS: &[Param] = &[
     Param::number(
         c"thickness",
         c"1",
-        (1e-2, 1e2),
+        1e-2..=1e2,
         1.0,
         c"thickness over the fabric's: stiffness in the plane and mass grow with it, bending with its cube; for a field",
     )

@@ -22,11 +22,11 @@ impl ContactLaw for HuntCrossley {
             STIFFNESS,
             EXPONENT,
             DISSIPATION,
-            Param::number(c"friction", c"1", (0.0, 10.0), 0.3, c"coefficient of Coulomb friction"),
+            Param::number(c"friction", c"1", 0.0..=10.0, 0.3, c"coefficient of Coulomb friction"),
             Param::number(
                 c"stick-speed",
                 c"m/s",
-                (1e-6, 1.0),
+                1e-6..=1.0,
                 1e-3,
                 c"speed of slip at which friction is 1/sqrt(2) of Coulomb's; what sticks creeps more slowly",
             ),

@@ -14,15 +14,15 @@ pub struct Normal {
 
 /// Declaration of `stiffness`.
 pub const STIFFNESS: Param =
-    Param::number(c"stiffness", c"Pa/m^n", (1.0, 1e20), 1e7, c"normal traction over the n-th power of the overlap");
+    Param::number(c"stiffness", c"Pa/m^n", 1.0..=1e20, 1e7, c"normal traction over the n-th power of the overlap");
 /// Declaration of `exponent`.
 pub const EXPONENT: Param =
-    Param::number(c"exponent", c"1", (1.0, 3.0), 1.0, c"exponent n of the overlap; 1: a layer of springs (Winkler)");
+    Param::number(c"exponent", c"1", 1.0..=3.0, 1.0, c"exponent n of the overlap; 1: a layer of springs (Winkler)");
 /// Declaration of `dissipation`.
 pub const DISSIPATION: Param = Param::number(
     c"dissipation",
     c"s/m",
-    (0.0, 1e3),
+    0.0..=1e3,
     0.5,
     c"c in k d^n (1 + 3/2 c d'): two surfaces that meet slowly at speed v part at about (1 - c v) v",
 );

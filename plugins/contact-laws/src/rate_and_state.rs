@@ -37,17 +37,17 @@ impl ContactLaw for RateAndState {
             STIFFNESS,
             EXPONENT,
             DISSIPATION,
-            Param::number(c"friction", c"1", (0.01, 2.0), 0.6, c"mu0: coefficient of steady friction at the reference speed"),
-            Param::number(c"a", c"1", (1e-3, 1.0), 0.01, c"direct effect: friction rises by a with the logarithm of the speed"),
+            Param::number(c"friction", c"1", 0.01..=2.0, 0.6, c"mu0: coefficient of steady friction at the reference speed"),
+            Param::number(c"a", c"1", 1e-3..=1.0, 0.01, c"direct effect: friction rises by a with the logarithm of the speed"),
             Param::number(
                 c"b",
                 c"1",
-                (0.0, 1.0),
+                0.0..=1.0,
                 0.015,
                 c"evolution effect: friction rises by b with the logarithm of the state; above a, faster slip has less steady friction",
             ),
-            Param::number(c"slip-distance", c"m", (1e-9, 1.0), 1e-5, c"Dc: slip over which the state evolves"),
-            Param::number(c"reference-speed", c"m/s", (1e-12, 1.0), 1e-6, c"v0: speed at which steady friction is mu0"),
+            Param::number(c"slip-distance", c"m", 1e-9..=1.0, 1e-5, c"Dc: slip over which the state evolves"),
+            Param::number(c"reference-speed", c"m/s", 1e-12..=1.0, 1e-6, c"v0: speed at which steady friction is mu0"),
         ],
     };
     const HISTORY: usize = 1;

@@ -38,13 +38,13 @@ pub struct FibreReinforced {
 }
 
 const PARAMS: &[Param] = &[
-    Param::number(c"young", c"Pa", (1e-6, 1e12), 1e4, c"Young's modulus of the matrix between the fibres").field(),
-    Param::number(c"poisson", c"1", (0.0, 0.499), 0.45, c"Poisson's ratio of the matrix"),
-    Param::number(c"density", c"kg/m^3", (1e-6, 1e6), 1e3, c"mass per volume").field(),
+    Param::number(c"young", c"Pa", 1e-6..=1e12, 1e4, c"Young's modulus of the matrix between the fibres").field(),
+    Param::number(c"poisson", c"1", 0.0..=0.499, 0.45, c"Poisson's ratio of the matrix"),
+    Param::number(c"density", c"kg/m^3", 1e-6..=1e6, 1e3, c"mass per volume").field(),
     Param::number(
         c"fibre-stiffness",
         c"Pa",
-        (0.0, 1e12),
+        0.0..=1e12,
         1e4,
         c"k1: a quarter of what fibres add to the modulus along them",
     )
@@ -52,14 +52,14 @@ const PARAMS: &[Param] = &[
     Param::number(
         c"fibre-stiffening",
         c"1",
-        (0.0, 1e3),
+        0.0..=1e3,
         1.0,
         c"k2: fibres stiffen by exp(k2 E^2) with E = stretch^2 - 1; 0: linearly in E",
     ),
     Param::number(
         c"damping-time",
         c"s",
-        (0.0, 10.0),
+        0.0..=10.0,
         2e-4,
         c"damping over stiffness of the matrix: a mode of w rad/s has a damping ratio of w/2 times this",
     ),

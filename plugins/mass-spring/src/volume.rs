@@ -234,7 +234,7 @@ impl<T: BlockScalar> WithSimd for Stiffness<'_, '_, T> {
                         block[i][j] = isotropic.filter(|_| i == j).map_or(entry, |isotropic| entry + isotropic);
                     }
                 }
-                blocks.set((a, b), &block);
+                blocks.set(a, b, &block);
             }
             blocks.add_to(out, e, squeezed);
         }

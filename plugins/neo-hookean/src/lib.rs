@@ -39,13 +39,13 @@ pub struct NeoHookean {
 }
 
 const PARAMS: &[Param] = &[
-    Param::number(c"young", c"Pa", (1e-6, 1e12), 1e4, c"Young's modulus of small strains").field(),
-    Param::number(c"poisson", c"1", (0.0, 0.499), 0.45, c"Poisson's ratio of small strains"),
-    Param::number(c"density", c"kg/m^3", (1e-6, 1e6), 1e3, c"mass per volume").field(),
+    Param::number(c"young", c"Pa", 1e-6..=1e12, 1e4, c"Young's modulus of small strains").field(),
+    Param::number(c"poisson", c"1", 0.0..=0.499, 0.45, c"Poisson's ratio of small strains"),
+    Param::number(c"density", c"kg/m^3", 1e-6..=1e6, 1e3, c"mass per volume").field(),
     Param::number(
         c"damping-time",
         c"s",
-        (0.0, 10.0),
+        0.0..=10.0,
         2e-4,
         c"damping over stiffness: a mode of w rad/s has a damping ratio of w/2 times this",
     ),
@@ -53,21 +53,21 @@ const PARAMS: &[Param] = &[
     Param::number(
         c"yield-strain",
         c"1",
-        (0.0, 1.0),
+        0.0..=1.0,
         0.0,
         c"strain of a drawn bar beyond which its shape at rest flows, as clay's does; 0: elastic, flows never",
     ),
     Param::number(
         c"hardening",
         c"1",
-        (0.0, 100.0),
+        0.0..=100.0,
         0.0,
         c"increase of the yield strain per plastic strain: the hardening modulus over Young's",
     ),
     Param::number(
         c"flow-time",
         c"s",
-        (0.0, 10.0),
+        0.0..=10.0,
         0.0,
         c"time constant of the flow at fixed deformation (Perzyna's overstress law); 0: does not depend on speed",
     ),

@@ -31,23 +31,23 @@ const PARAMS: &[Param] = &[
     Param::number(
         c"width",
         c"m",
-        (0.0, 100.0),
+        0.0..=100.0,
         0.0,
         c"width of the tablet in the space of the hand; 0: its own, or 0.2 m where it is unknown",
     ),
-    Param::number(c"depth", c"m", (1e-6, 1.0), 0.01, c"depth of the hand below the tablet at full pressure"),
-    Param::number(c"hover", c"m", (0.0, 1.0), 0.005, c"height of the hand above the tablet without pressure"),
-    Param::number(c"x-max", c"1", (0.0, 1e9), 0.0, c"of a recording or pipe: greatest value of the axis to the right"),
+    Param::number(c"depth", c"m", 1e-6..=1.0, 0.01, c"depth of the hand below the tablet at full pressure"),
+    Param::number(c"hover", c"m", 0.0..=1.0, 0.005, c"height of the hand above the tablet without pressure"),
+    Param::number(c"x-max", c"1", 0.0..=1e9, 0.0, c"of a recording or pipe: greatest value of the axis to the right"),
     Param::number(
         c"y-max",
         c"1",
-        (0.0, 1e9),
+        0.0..=1e9,
         0.0,
         c"of a recording or pipe: greatest value of the axis towards the user",
     ),
-    Param::number(c"pressure-max", c"1", (0.0, 1e9), 0.0, c"of a recording or pipe: greatest pressure"),
-    Param::number(c"peak-force", c"N", (1e-3, 1e4), 3.3, c"peak force it declares; it renders none"),
-    Param::number(c"stiffness", c"N/m", (1e-3, 1e6), 700.0, c"largest stable stiffness it declares"),
+    Param::number(c"pressure-max", c"1", 0.0..=1e9, 0.0, c"of a recording or pipe: greatest pressure"),
+    Param::number(c"peak-force", c"N", 1e-3..=1e4, 3.3, c"peak force it declares; it renders none"),
+    Param::number(c"stiffness", c"N/m", 1e-3..=1e6, 700.0, c"largest stable stiffness it declares"),
 ];
 
 /// Width where the device does not say it, m.

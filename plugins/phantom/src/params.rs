@@ -9,11 +9,11 @@ pub(crate) const PARAMS: &[Param] = &[
     Param::text(c"arm", c"the driver's name of the arm; its default arm when not given"),
     Param::text(c"second-arm", c"the driver's name of another arm, effector 1"),
     Param::path(c"library", c"the driver library; the system's libHD when not given"),
-    Param::number(c"rate", c"Hz", (100.0, 4000.0), 1000.0, c"rate of the servo loop, if the driver has it"),
-    Param::number(c"patience", c"s", (0.0, 120.0), 5.0, c"how long the calibration may take, inkwell included"),
-    Param::number(c"lost-after", c"s", (0.05, 60.0), 5.0, c"time without a pose after which it counts as lost"),
-    Param::number(c"peak-force", c"N", (1e-3, 100.0), 3.3, c"largest force of an arm; the driver's if that is less"),
-    Param::number(c"resolution", c"m", (0.0, 0.01), 5.5e-5, c"smallest position step it senses"),
+    Param::number(c"rate", c"Hz", 100.0..=4000.0, 1000.0, c"rate of the servo loop, if the driver has it"),
+    Param::number(c"patience", c"s", 0.0..=120.0, 5.0, c"how long the calibration may take, inkwell included"),
+    Param::number(c"lost-after", c"s", 0.05..=60.0, 5.0, c"time without a pose after which it counts as lost"),
+    Param::number(c"peak-force", c"N", 1e-3..=100.0, 3.3, c"largest force of an arm; the driver's if that is less"),
+    Param::number(c"resolution", c"m", 0.0..=0.01, 5.5e-5, c"smallest position step it senses"),
     Param::choice(c"inkwell", c"rests|works", c"whether an arm with its stylus in the inkwell gets no force"),
 ];
 

@@ -22,10 +22,10 @@ const ADDRESS: &str = "127.0.0.1:48630";
 
 const PARAMS: &[Param] = &[
     Param::text(c"address", c"address and port it listens on; default: 127.0.0.1:48630"),
-    Param::number(c"hold", c"s", (0.01, 3600.0), 0.5, c"time for which a position is valid without a new one"),
-    Param::number(c"reach", c"m", (1e-3, 100.0), 0.1, c"half the edge of its workspace"),
-    Param::number(c"peak-force", c"N", (1e-3, 1e4), 3.3, c"peak force it declares and sends"),
-    Param::number(c"stiffness", c"N/m", (1e-3, 1e6), 700.0, c"largest stable stiffness it declares"),
+    Param::number(c"hold", c"s", 0.01..=3600.0, 0.5, c"time for which a position is valid without a new one"),
+    Param::number(c"reach", c"m", 1e-3..=100.0, 0.1, c"half the edge of its workspace"),
+    Param::number(c"peak-force", c"N", 1e-3..=1e4, 3.3, c"peak force it declares and sends"),
+    Param::number(c"stiffness", c"N/m", 1e-3..=1e6, 700.0, c"largest stable stiffness it declares"),
 ];
 
 /// A position and buttons, and when they arrived.

@@ -43,23 +43,23 @@ pub struct QuasiBrittle {
 }
 
 const PARAMS: &[Param] = &[
-    Param::number(c"young", c"Pa", (1.0, 1e12), 1e6, c"Young's modulus of small strains").field(),
-    Param::number(c"poisson", c"1", (0.0, 0.499), 0.2, c"Poisson's ratio of small strains"),
-    Param::number(c"density", c"kg/m^3", (1e-3, 1e5), 1e3, c"mass per volume").field(),
-    Param::number(c"strength", c"Pa", (1.0, 1e12), 5e4, c"tensile strength: stress at which damage begins").field(),
+    Param::number(c"young", c"Pa", 1.0..=1e12, 1e6, c"Young's modulus of small strains").field(),
+    Param::number(c"poisson", c"1", 0.0..=0.499, 0.2, c"Poisson's ratio of small strains"),
+    Param::number(c"density", c"kg/m^3", 1e-3..=1e5, 1e3, c"mass per volume").field(),
+    Param::number(c"strength", c"Pa", 1.0..=1e12, 5e4, c"tensile strength: stress at which damage begins").field(),
     Param::number(
         c"fracture-energy",
         c"J/m^2",
-        (1e-6, 1e9),
+        1e-6..=1e9,
         50.0,
         c"energy per area of a crack; tetrahedra wider than 2 G Y / f^2 fail at once and take more",
     )
     .field(),
-    Param::number(c"compression-ratio", c"1", (1.0, 1e6), 10.0, c"compressive over tensile strength"),
+    Param::number(c"compression-ratio", c"1", 1.0..=1e6, 10.0, c"compressive over tensile strength"),
     Param::number(
         c"damping-time",
         c"s",
-        (0.0, 10.0),
+        0.0..=10.0,
         2e-4,
         c"damping over stiffness: a mode of w rad/s has a damping ratio of w/2 times this",
     ),

@@ -28,9 +28,9 @@ const PARAMS: &[Param] = &[
         c"linear|smooth",
         c"linear: constant speed between keyframes; smooth: rest at every keyframe",
     ),
-    Param::number(c"peak-force", c"N", (1e-12, 1e15), 3.3, c"peak force it declares"),
-    Param::number(c"peak-torque", c"N m", (0.0, 1e3), 0.0, c"peak torque it declares; 0 for a device that renders none"),
-    Param::number(c"stiffness", c"N/m", (1e-12, 1e15), 700.0, c"largest stable stiffness it declares"),
+    Param::number(c"peak-force", c"N", 1e-12..=1e15, 3.3, c"peak force it declares"),
+    Param::number(c"peak-torque", c"N m", 0.0..=1e3, 0.0, c"peak torque it declares; 0 for a device that renders none"),
+    Param::number(c"stiffness", c"N/m", 1e-12..=1e15, 700.0, c"largest stable stiffness it declares"),
     Param::table(
         c"rotation",
         c"time|x|y|z",

@@ -37,20 +37,20 @@ pub struct Tearing {
 }
 
 const PARAMS: &[Param] = &[
-    Param::number(c"young", c"Pa", (1.0, 1e12), 1e6, c"Young's modulus").field(),
-    Param::number(c"poisson", c"1", (0.0, 0.49), 0.3, c"Poisson's ratio"),
-    Param::number(c"thickness", c"m", (1e-6, 0.1), 1e-3, c"thickness"),
-    Param::number(c"density", c"kg/m^3", (1e-3, 1e5), 1e3, c"mass per volume"),
-    Param::number(c"strength", c"Pa", (1.0, 1e12), 1e5, c"tensile strength: stress at which damage begins").field(),
+    Param::number(c"young", c"Pa", 1.0..=1e12, 1e6, c"Young's modulus").field(),
+    Param::number(c"poisson", c"1", 0.0..=0.49, 0.3, c"Poisson's ratio"),
+    Param::number(c"thickness", c"m", 1e-6..=0.1, 1e-3, c"thickness"),
+    Param::number(c"density", c"kg/m^3", 1e-3..=1e5, 1e3, c"mass per volume"),
+    Param::number(c"strength", c"Pa", 1.0..=1e12, 1e5, c"tensile strength: stress at which damage begins").field(),
     Param::number(
         c"fracture-energy",
         c"J/m^2",
-        (1e-6, 1e9),
+        1e-6..=1e9,
         200.0,
         c"energy per area of a crack; triangles wider than 2 G Y / f^2 tear at once and take more",
     )
     .field(),
-    Param::number(c"damping-time", c"s", (0.0, 1.0), 1e-3, c"damping over stiffness"),
+    Param::number(c"damping-time", c"s", 0.0..=1.0, 1e-3, c"damping over stiffness"),
 ];
 
 /// Planes of rest data: the inverse of the sides in material coordinates (1/m, row-major), volume (m^3), Young's modulus (Pa), and the strains

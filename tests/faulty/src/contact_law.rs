@@ -29,7 +29,7 @@ const DEEP: f64 = 0.02;
 /// Slip rate from which [`fault::LAW_FRICTION_PUSHES`] pushes, m/s.
 const FAST: f64 = 3.0;
 
-const SOFTNESS: Param = Param::number(c"softness", c"1", (0.0, 1.0), 0.5, c"its inverse is a factor of the stiffness");
+const SOFTNESS: Param = Param::number(c"softness", c"1", 0.0..=1.0, 0.5, c"its inverse is a factor of the stiffness");
 
 impl<const F: u8> ContactLaw for StickingLayer<F> {
     const INFO: Info = info(

@@ -194,7 +194,7 @@ const fn info(id: &'static CStr, params: &'static [Param]) -> Info {
 }
 
 /// The time from which faults in the course of a run occur.
-const AFTER: Param = Param::number(c"after", c"s", (0.0, 1e3), 0.01, c"time from which the fault occurs");
+const AFTER: Param = Param::number(c"after", c"s", 0.0..=1e3, 0.01, c"time from which the fault occurs");
 
 export_plugins!(
     AsMaterial<SpringMaterial<NONE>>,

@@ -13,7 +13,7 @@ const STIFFNESS: f64 = 20.0;
 const DAMPING: f64 = 2e-2;
 
 /// Stiffness of every spring, where it is a parameter.
-const SPRING: Param = Param::number(c"spring", c"N/m", (1e-3, 1e3), STIFFNESS, c"stiffness of every spring").field();
+const SPRING: Param = Param::number(c"spring", c"N/m", 1e-3..=1e3, STIFFNESS, c"stiffness of every spring").field();
 
 /// Whether the stiffness of springs with a fault may differ from spring to spring.
 const fn has_field(fault: u8) -> bool {

@@ -14,21 +14,24 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Number of points of a state.
 const POINTS: usize = 48;
 
+/// Points in contact under a law.
+struct ContactState {
+    points: Vec<ContactPoint>,
+    /// Histories of the points, one after the other.
+    histories: Vec<f64>,
+}
+
 /// Random states of points and their histories.
-fn state(law: &TestContactLaw, seed: u64) -> Result<(Vec<ContactPoint>, Vec<f64>), String> {
+fn state(law: &TestContactLaw, seed: u64) -> Result<ContactState, String> {
     let mut random = Random(seed);
     let points: Vec<ContactPoint> = (0..POINTS).map(|_| random_point(&mut random)).collect();
     let histories = points.iter().map(|p| history_of(law, *p, 2)).collect::<Result<Vec<_>, _>>()?;
-    Ok((points, histories.concat()))
+    Ok(ContactState { points, histories: histories.concat() })
 }
 
 /// Bits of all results in a state, computed in calls of at most `max_points` points.
-fn result_bits(
-    law: &TestContactLaw,
-    state: &(Vec<ContactPoint>, Vec<f64>),
-    max_points: usize,
-) -> Result<Vec<u64>, Fault> {
-    let (points, histories) = state;
+fn result_bits(law: &TestContactLaw, state: &ContactState, max_points: usize) -> Result<Vec<u64>, Fault> {
+    let ContactState { points, histories } = state;
     let mut bits = Vec::new();
     for t in law.tractions(points, histories, max_points)? {
         let matrices = t.tangential_by_slip.iter().chain(&t.tangential_by_slip_rate).flatten();
@@ -61,7 +64,7 @@ pub(super) fn state_is_bit_identical(c: &Candidate) -> Result<Verdict, String> {
         let here = state(&law, 3)?;
         let mut other = state(&law, 5)?;
         // Deeper than the other cases go.
-        other.0.iter_mut().for_each(|point| point.gap *= 50.0);
+        other.points.iter_mut().for_each(|point| point.gap *= 50.0);
         let bits = |law: &TestContactLaw, state| result_bits(law, state, usize::MAX).map_err(describe_fault);
         let first = bits(&law, &here)?;
         let same = |when: &str| -> Result<(), String> {
@@ -119,10 +122,10 @@ pub(super) fn no_allocation(c: &Candidate) -> Result<Verdict, String> {
     with_law(c, |law| {
         let state = state(&law, 3)?;
         let count = |points: usize| -> Result<u64, String> {
-            let part = (state.0[..points].to_vec(), state.1[..points * law.history_stride()].to_vec());
+            let (points, histories) = (&state.points[..points], &state.histories[..points * law.history_stride()]);
             let before = allocations().unwrap_or(0);
-            let (traction, mut next) = (law.tractions(&part.0, &part.1, usize::MAX), part.1.clone());
-            traction.and_then(|_| law.advance(&part.0, &mut next, usize::MAX)).map_err(describe_fault)?;
+            let (traction, mut next) = (law.tractions(points, histories, usize::MAX), histories.to_vec());
+            traction.and_then(|_| law.advance(points, &mut next, usize::MAX)).map_err(describe_fault)?;
             Ok(allocations().unwrap_or(0) - before)
         };
         count(1)?; // the first call may initialise lazily

@@ -61,19 +61,28 @@ fn skipped() -> Verdict {
     Verdict::Skipped("no element wants fibre directions".into())
 }
 
-/// Energy, J, and forces, N.
-fn results(material: &TestInstance, body: &Body) -> Result<(f64, Vec<[f64; 3]>), String> {
-    Ok((body.energy(material).map_err(describe_fault)?, body.forces(material).map_err(describe_fault)?))
+/// What a material gives for the shape of a body.
+struct EnergyAndForces {
+    /// Elastic energy, J.
+    energy: f64,
+    /// Forces on the nodes, N (n x 3).
+    forces: Vec<[f64; 3]>,
+}
+
+/// Energy and forces of a body.
+fn results(material: &TestInstance, body: &Body) -> Result<EnergyAndForces, String> {
+    let energy = body.energy(material).map_err(describe_fault)?;
+    Ok(EnergyAndForces { energy, forces: body.forces(material).map_err(describe_fault)? })
 }
 
 /// Requires that two bodies have the same energy and forces.
-fn ensure_same(before: &(f64, Vec<[f64; 3]>), after: &(f64, Vec<[f64; 3]>)) -> Result<(), String> {
-    let scale = max_component(&before.1);
+fn ensure_same(before: &EnergyAndForces, after: &EnergyAndForces) -> Result<(), String> {
+    let scale = max_component(&before.forces);
     ensure(scale > 0.0, || "no force in a deformed state".into())?;
-    ensure((before.0 - after.0).abs() <= ROUNDING * before.0.abs(), || {
-        format!("the energy changed from {:.9e} J to {:.9e} J", before.0, after.0)
+    ensure((before.energy - after.energy).abs() <= ROUNDING * before.energy.abs(), || {
+        format!("the energy changed from {:.9e} J to {:.9e} J", before.energy, after.energy)
     })?;
-    let off = before.1.iter().flatten().zip(after.1.iter().flatten()).map(|(a, b)| (a - b).abs());
+    let off = before.forces.iter().flatten().zip(after.forces.iter().flatten()).map(|(a, b)| (a - b).abs());
     let off = off.fold(0.0, f64::max);
     ensure(off <= ROUNDING * scale, || format!("a force changed by {off:.3e} N of {scale:.3e} N"))
 }
