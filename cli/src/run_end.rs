@@ -55,7 +55,9 @@ fn note_failures(summary: &Summary) {
             note(&format!("body {} was frozen: {reason}", body.name));
         }
     }
-    summary.event_counts.iter().filter(|(kind, _)| **kind == EventKind::DeviceLost).for_each(note_event_count);
+    if let Some(number) = summary.event_counts.get(&EventKind::DeviceLost) {
+        note_event_count(&EventKind::DeviceLost, *number);
+    }
 }
 
 /// Prints the summary for people.
@@ -91,7 +93,7 @@ fn note_summary(summary: &Summary, folder: &Path) {
     let contact = format_seconds(summary.contact_steps as f64 * summary.dt);
     note(&format!("in contact for {contact}, largest force {:.4} N", summary.largest_force));
     summary.probes.iter().for_each(note_probe);
-    summary.event_counts.iter().for_each(note_event_count);
+    summary.event_counts.iter().for_each(|(kind, number)| note_event_count(kind, *number));
     for event in summary.events.iter().take(EVENTS_PRINTED) {
         note(&format!("  at {:.4} s: {}", event.time, event.text));
     }
@@ -107,9 +109,9 @@ fn note_summary(summary: &Summary, folder: &Path) {
 }
 
 /// Prints how often there was an event of a kind.
-fn note_event_count((kind, number): (&EventKind, &u64)) {
+fn note_event_count(kind: &EventKind, number: u64) {
     let kind = serde_json::to_string(kind).unwrap_or_default();
-    note(&format!("event {}: {}", kind.trim_matches('"'), count(*number, "time")));
+    note(&format!("event {}: {}", kind.trim_matches('"'), count(number, "time")));
 }
 
 /// Prints the result of a probe for people.

@@ -21,10 +21,14 @@ pub struct ArmModel {
     pub damping: f64,
     /// Least way that the encoders tell, m.
     pub resolution: f64,
-    /// N, and N for as long as one likes
-    pub peak: (f64, f64),
-    /// N/m and N s/m, of the hand's hold
-    pub grip: (f64, f64),
+    /// Largest force, N.
+    pub peak_force: f64,
+    /// Largest force that the arm can render for any time, N.
+    pub continuous_force: f64,
+    /// Stiffness of the spring between the hand and the arm, N/m.
+    pub grip_stiffness: f64,
+    /// Damping between the hand and the arm, N s/m.
+    pub grip_damping: f64,
     /// m, where the hand wants to be at a time (s)
     pub target: Arc<dyn Fn(f64) -> Vec3 + Send + Sync>,
     /// m, of the next sample alone: a sensor's glitch
@@ -65,8 +69,10 @@ impl ArmModel {
             mass: 0.045,
             damping: 0.2,
             resolution: 5.5e-5,
-            peak: (3.3, 0.88),
-            grip: (300.0, 3.0),
+            peak_force: 3.3,
+            continuous_force: 0.88,
+            grip_stiffness: 300.0,
+            grip_damping: 3.0,
             target: Arc::new(target),
             glitch: Arc::default(),
         }
@@ -93,8 +99,7 @@ impl ArmState {
             let h = STEP.min(time - self.time);
             let force = if self.time * 1e9 <= self.valid_until as f64 { self.force } else { Vec3::zeros() };
             let away = (model.target)(self.time) - self.position;
-            let (k, c) = model.grip;
-            let d = c + model.damping;
+            let (k, d) = (model.grip_stiffness, model.grip_damping + model.damping);
             // Implicit in the damping, so that any damping is borne.
             let pushed = force + k * away;
             let velocity = (self.velocity + h / model.mass * pushed).map(|v| v / (1.0 + h * d / model.mass));
@@ -117,8 +122,8 @@ impl HapticDevice for Arm {
             buttons: 1,
             driven_axes: 3,
             rate: self.model.rate,
-            peak_force: self.model.peak.0,
-            continuous_force: self.model.peak.1,
+            peak_force: self.model.peak_force,
+            continuous_force: self.model.continuous_force,
             stiffness: 700.0,
             damping: 5.0,
             resolution: self.model.resolution,

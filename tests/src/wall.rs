@@ -50,8 +50,9 @@ pub fn swing(wall: &Wall) -> f64 {
     let frame = session.devices[0].frame;
     let target = move |_: f64| Vec3::new(0.0, 0.0, -LEAN / soft);
     let mut model = ArmModel::desktop(target);
-    (model.rate, model.damping, model.resolution, model.grip) = (wall.rate, wall.damping, wall.resolution, (soft, 0.0));
-    model.peak = (PEAK, PEAK);
+    (model.rate, model.damping, model.resolution) = (wall.rate, wall.damping, wall.resolution);
+    (model.grip_stiffness, model.grip_damping) = (soft, 0.0);
+    (model.peak_force, model.continuous_force) = (PEAK, PEAK);
     let mass = model.mass;
     let (arm, state) = Arm::new(model);
     state.lock().expect("alone").position = Vec3::new(0.0, 0.0, 0.005);

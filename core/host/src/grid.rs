@@ -165,8 +165,10 @@ pub struct Grid {
     table: &'static abi::Grid,
     /// Whether the embedding is non-linear.
     nonlinear: bool,
-    /// Parameters and largest step (s) that it was opened with.
-    opened_with: (ParamSettings, f64),
+    /// Parameters that it was opened with.
+    settings: ParamSettings,
+    /// Largest step that it was opened for, s.
+    dt: f64,
 }
 
 #[allow(unsafe_code, reason = "calls the grid's functions")]
@@ -190,7 +192,7 @@ impl Grid {
         if !is_complete {
             return Err(instance.error("extension", "the grid's table has a null in it"));
         }
-        let mut grid = Self { instance, table, nonlinear: false, opened_with: (settings.clone(), dt) };
+        let mut grid = Self { instance, table, nonlinear: false, settings: settings.clone(), dt };
         grid.nonlinear = table.pull_back.is_some() && grid.place(1, &[], &[], &mut []).is_ok();
         Ok(grid)
     }
@@ -200,8 +202,7 @@ impl Grid {
     /// # Errors
     /// Those of [`Grid::open`].
     pub fn reopen(&self) -> Result<Self, HostError> {
-        let (settings, dt) = &self.opened_with;
-        Self::open(self.library(), &self.info().id, settings, *dt)
+        Self::open(self.library(), &self.info().id, &self.settings, self.dt)
     }
 
     /// Builds all levels up to `level` around a surface of points (m) and triangles. `[worker]`

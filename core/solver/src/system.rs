@@ -193,7 +193,7 @@ impl System {
             set.schedule.run(pool, force, &|node| node, &|chunk, window| {
                 set.for_each_intact(chunk, |chunk| {
                     let window = bytemuck::cast_slice_mut(&mut *window);
-                    set.add_forces(&*self.material, chunk, (&self.nodes, v, time), window)
+                    set.add_forces(&*self.material, chunk, &self.nodes, v, time, window)
                 })
             })?;
         }

@@ -203,7 +203,7 @@ fn a_sensor_that_jumps_by_100_mm_moves_the_force_within_its_limits() {
 fn given_by(material: &str, controls: bool) -> (f64, u64) {
     // A light and loose hand, which the body may shake.
     let mut model = press(2e-3);
-    model.grip = (60.0, 0.3);
+    (model.grip_stiffness, model.grip_damping) = (60.0, 0.3);
     let mut bout = Bout::new(block(material, ""), vec![model]);
     bout.servo.safety().for_each(|safety| safety.control(controls));
     bout.run(1500, 1);

@@ -208,13 +208,15 @@ impl ElementSet {
         &self,
         material: &dyn ForceModel,
         chunk: &Chunk,
-        (nodes, v, time): (&Nodes, &[Vec3], StepTime),
+        nodes: &Nodes,
+        v: &[Vec3],
+        time: StepTime,
         out: &mut [[f64; 3]],
     ) -> Result<(), ForceError> {
         if self.list.weights.is_none() {
             return material.forces(&self.call(chunk, nodes, v, time), out);
         }
-        self.for_each_batch(&chunk.range, (nodes, v, time), |batch| {
+        self.for_each_batch(&chunk.range, nodes, v, time, |batch| {
             let mut forces = [[0.0; 3]; CORNERS];
             material.forces(&batch.call, &mut forces)?;
             widest(Scatter {
@@ -244,7 +246,7 @@ impl ElementSet {
             return material.energy(&self.call(chunk, nodes, &nodes.v, time));
         }
         let mut sum = 0.0;
-        self.for_each_batch(&chunk.range, (nodes, &nodes.v, time), |batch| {
+        self.for_each_batch(&chunk.range, nodes, &nodes.v, time, |batch| {
             sum += material.energy(&batch.call)?;
             Ok(())
         })?;
@@ -267,7 +269,7 @@ impl ElementSet {
         if self.list.weights.is_none() {
             return material.mass(&self.call(chunk, nodes, &nodes.v, time), out);
         }
-        self.for_each_batch(&chunk.range, (nodes, &nodes.v, time), |batch| {
+        self.for_each_batch(&chunk.range, nodes, &nodes.v, time, |batch| {
             let mut masses = [0.0; CORNERS];
             material.mass(&batch.call, &mut masses)?;
             for stencil in batch.stencils.clone() {
@@ -289,7 +291,8 @@ impl ElementSet {
         &self,
         material: &dyn ForceModel,
         chunk: &Chunk,
-        (nodes, time): (&Nodes, StepTime),
+        nodes: &Nodes,
+        time: StepTime,
         scale: TangentScale,
         mut blocks: BlocksMut<'_, T>,
     ) -> Result<(), ForceError> {
@@ -297,7 +300,7 @@ impl ElementSet {
             let call = self.call(chunk, nodes, &nodes.v, time);
             return T::add_tangent(material, &call, scale, &self.slots, blocks);
         }
-        self.for_each_batch(&chunk.range, (nodes, &nodes.v, time), |batch| {
+        self.for_each_batch(&chunk.range, nodes, &nodes.v, time, |batch| {
             let mut of_elements = [[[0.0; 9]; PAIRS]; BATCH];
             material.tangent(&batch.call, scale, &self.weighted.slots, 0, of_elements.as_flattened_mut())?;
             let mut stiffness = [[[0.0; 12]; 9]; NODES];
@@ -325,7 +328,7 @@ impl ElementSet {
         if self.list.weights.is_none() {
             return material.advance(&self.call(chunk, nodes, &nodes.v, time), history);
         }
-        self.for_each_batch(&chunk.range, (nodes, &nodes.v, time), |batch| material.advance(&batch.call, history))
+        self.for_each_batch(&chunk.range, nodes, &nodes.v, time, |batch| material.advance(&batch.call, history))
     }
 
     /// Calls `run` for the elements of all calls that concern the shape at rest: for all at once, or batch by batch.
@@ -339,7 +342,7 @@ impl ElementSet {
     ) -> Result<(), ForceError> {
         let (count, time) = (self.count(), StepTime::default());
         if self.list.weights.is_some() {
-            return self.for_each_batch(&(0..count), (nodes, &nodes.v, time), |batch| run(&batch.call));
+            return self.for_each_batch(&(0..count), nodes, &nodes.v, time, |batch| run(&batch.call));
         }
         let whole = Chunk { range: 0..count, window: 0..nodes.x.len() };
         run(&self.call(&whole, nodes, &nodes.v, time))
@@ -349,7 +352,9 @@ impl ElementSet {
     fn for_each_batch(
         &self,
         range: &Range<usize>,
-        (nodes, v, time): (&Nodes, &[Vec3], StepTime),
+        nodes: &Nodes,
+        v: &[Vec3],
+        time: StepTime,
         mut run: impl FnMut(Batch<'_>) -> Result<(), ForceError>,
     ) -> Result<(), ForceError> {
         let Some(weights) = self.list.weights else { return Ok(()) };

@@ -29,7 +29,7 @@ impl Assembly<'_> {
         if set.has(abi::HAS_FORCES) {
             let scale = TangentScale { stiffness: self.scales.stiffness, damping: self.scales.damping };
             set.for_each_intact(chunk, |chunk| {
-                set.add_tangent(material, chunk, (nodes, time), scale, blocks.reborrow())
+                set.add_tangent(material, chunk, nodes, time, scale, blocks.reborrow())
             })?;
         }
         if let Some(coupled) = self.coupled.filter(|_| is_coupled_hinges(set)) {

@@ -51,9 +51,9 @@ impl Lookups {
             while let Some(from) = pair(&left) {
                 let mut pattern = Pattern { weight: [0.0; LANES], place: [0; LANES] };
                 for (lane, terms) in left.iter_mut().enumerate() {
-                    if let Some(at) = terms.iter().position(|term| from.contains(&sixteen(term))) {
+                    if let Some(at) = terms.iter().position(|term| from.contains(&sixteen(term.0))) {
                         let term = terms.remove(at);
-                        let half = u32::from(sixteen(&term) != from[0]) * LANES as u32;
+                        let half = u32::from(sixteen(term.0) != from[0]) * LANES as u32;
                         pattern.place[lane] = (half + term.0 % LANES as u32) as u8;
                         pattern.weight[lane] = term.1;
                     }
@@ -94,19 +94,19 @@ impl Lookups {
     }
 }
 
-/// The group of the vector of a term.
-fn sixteen(term: &(u32, f32)) -> u32 {
-    term.0 / LANES as u32
+/// The group of sixteen that a vector is in.
+fn sixteen(vector: u32) -> u32 {
+    vector / LANES as u32
 }
 
 /// Two groups for the next lookup: the first group with a remaining term, and the one that together with it serves the most sums; `None` if no terms
 /// remain.
 fn pair(left: &[Vec<(u32, f32)>; LANES]) -> Option<[u32; 2]> {
     let of = |from: [u32; 2]| {
-        let served = left.iter().filter(|terms| terms.iter().any(|term| from.contains(&sixteen(term))));
+        let served = left.iter().filter(|terms| terms.iter().any(|term| from.contains(&sixteen(term.0))));
         served.map(Vec::len).sum::<usize>()
     };
-    let mut all: Vec<u32> = left.iter().flatten().map(sixteen).collect();
+    let mut all: Vec<u32> = left.iter().flatten().map(|term| sixteen(term.0)).collect();
     all.sort_unstable();
     all.dedup();
     let low = *all.first()?;

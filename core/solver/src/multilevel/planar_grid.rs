@@ -255,18 +255,25 @@ mod tests {
     use super::*;
     use crate::multilevel::coarsen::{Coarsened, Layout};
 
+    /// A triangulated sheet.
+    struct Sheet {
+        /// m, positions at rest
+        rest: Vec<Vec3>,
+        triangles: Vec<[u32; 3]>,
+    }
+
     /// A sheet of `n` by `m` nodes at the positions `at` returns, with triangles of alternating diagonals.
-    fn sheet(n: u32, m: u32, at: impl Fn(u32, u32) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    fn sheet(n: u32, m: u32, at: impl Fn(u32, u32) -> Vec3) -> Sheet {
         let rest = (0..m).flat_map(|j| (0..n).map(move |i| (i, j))).map(|(i, j)| at(i, j)).collect();
         let mut triangles = Vec::new();
         for (i, j) in (0..m - 1).flat_map(|j| (0..n - 1).map(move |i| (i, j))) {
             let [a, b, c, d] = [n * j + i, n * j + i + 1, n * (j + 1) + i, n * (j + 1) + i + 1];
             triangles.extend(if (i + j) % 2 == 0 { [[a, b, d], [a, d, c]] } else { [[a, b, c], [b, d, c]] });
         }
-        (rest, triangles)
+        Sheet { rest, triangles }
     }
 
-    fn layout((rest, triangles): &(Vec<Vec3>, Vec<[u32; 3]>)) -> Layout {
+    fn layout(Sheet { rest, triangles }: &Sheet) -> Layout {
         Layout::of_triangles(over(rest, triangles), rest.len(), triangles)
     }
 
@@ -325,7 +332,7 @@ mod tests {
     #[test]
     fn a_grid_with_rounded_coordinates_is_recognised() {
         let rounded = |at: u32| (0.2 / 127.0 * f64::from(at) * 1e6).round() * 1e-6;
-        let (rest, triangles) = sheet(128, 128, |i, j| Vec3::new(rounded(i), rounded(j), 0.0));
+        let Sheet { rest, triangles } = sheet(128, 128, |i, j| Vec3::new(rounded(i), rounded(j), 0.0));
         let grid = over(&rest, &triangles).expect("level");
         let mut places: Vec<[i64; 2]> = grid.places.iter().map(|place| place.map(|at| at as i64)).collect();
         assert!(grid.places.as_flattened().iter().all(|at| *at == at.round()) && grid.next == [Across, Along]);
@@ -349,12 +356,12 @@ mod tests {
         // Two layers, and one layer that is cut from one side to its centre.
         for n in [16, 96] {
             let all = n * n;
-            let (mut rest, mut triangles) = sheet(n, n, |i, j| Vec3::new(f64::from(i), f64::from(j), 0.0));
-            let whole = levels(layout(&(rest.clone(), triangles.clone())))[0];
+            let Sheet { mut rest, mut triangles } = sheet(n, n, |i, j| Vec3::new(f64::from(i), f64::from(j), 0.0));
+            let whole = levels(layout(&Sheet { rest: rest.clone(), triangles: triangles.clone() }))[0];
             rest.extend(rest.clone().iter().map(|x| Vec3::new(x[0], x[1], 0.01)));
             triangles.extend(triangles.clone().iter().map(|nodes| nodes.map(|node| node + all)));
-            assert_eq!(levels(layout(&(rest, triangles)))[0], 2 * whole);
-            let (mut rest, mut triangles) = sheet(n, n, |i, j| Vec3::new(f64::from(i), f64::from(j), 0.0));
+            assert_eq!(levels(layout(&Sheet { rest, triangles }))[0], 2 * whole);
+            let Sheet { mut rest, mut triangles } = sheet(n, n, |i, j| Vec3::new(f64::from(i), f64::from(j), 0.0));
             let row = n / 2 - 1;
             for i in 0..n / 2 {
                 let (old, new) = (n * row + i, rest.len() as u32);
@@ -363,7 +370,7 @@ mod tests {
                 let there = triangles.iter_mut().filter(|nodes| above(nodes)).flatten();
                 there.filter(|node| **node == old).for_each(|node| *node = new);
             }
-            let weights = layout(&(rest, triangles)).coarsen().expect("level").weights;
+            let weights = layout(&Sheet { rest, triangles }).coarsen().expect("level").weights;
             let shares = |a: u32, b: u32| {
                 weights.of(a as usize).any(|(at, _)| weights.of(b as usize).any(|(other, _)| at == other))
             };

@@ -149,15 +149,26 @@ impl Scheme {
 mod tests {
     use super::*;
 
-    /// One step of `x'' = -w^2 x` with a scheme's coefficients, from position and velocity (x, v) and those one step earlier (xb, vb).
-    fn advance(c: ImplicitCoefficients, w: f64, dt: f64, (x, v): (f64, f64), (xb, vb): (f64, f64)) -> (f64, f64) {
-        let (big_x, big_v) = (x + c.history * (x - xb), v + c.history * (v - vb));
+    /// Position and velocity of an oscillator of one degree of freedom.
+    #[derive(Clone, Copy, Debug)]
+    struct Motion {
+        x: f64,
+        v: f64,
+    }
+
+    /// One step of `x'' = -w^2 x` with a scheme's coefficients, from the present motion and that one step earlier.
+    fn advance(c: ImplicitCoefficients, w: f64, dt: f64, now: Motion, before: Motion) -> Motion {
+        let Motion { x, v } = now;
+        let (big_x, big_v) = (x + c.history * (x - before.x), v + c.history * (v - before.v));
         let stage = (big_v - c.effective_dt * w * w * big_x) / (1.0 + (c.effective_dt * w).powi(2));
         match c.stage < 1.0 {
-            true => (x + dt * stage, v + (stage - v) / c.stage),
-            false => (big_x + c.effective_dt * stage, stage),
+            true => Motion { x: x + dt * stage, v: v + (stage - v) / c.stage },
+            false => Motion { x: big_x + c.effective_dt * stage, v: stage },
         }
     }
+
+    /// Deflected by one and at rest.
+    const DEFLECTED: Motion = Motion { x: 1.0, v: 0.0 };
 
     /// Error of a unit oscillation after time 1.
     fn error(scheme: Scheme, steps: u32) -> f64 {
@@ -165,12 +176,12 @@ mod tests {
             panic!("{} is not implicit", scheme.name())
         };
         let dt = 1.0 / f64::from(steps);
-        let (mut before, mut state) = (((-dt).cos(), dt.sin()), (1.0, 0.0));
+        let (mut before, mut state) = (Motion { x: (-dt).cos(), v: dt.sin() }, DEFLECTED);
         for _ in 0..steps {
             let next = advance(coefficients(dt, History::Continuous), 1.0, dt, state, before);
             (before, state) = (state, next);
         }
-        (state.0 - 1.0_f64.cos()).hypot(state.1 + 1.0_f64.sin())
+        (state.x - 1.0_f64.cos()).hypot(state.v + 1.0_f64.sin())
     }
 
     #[test]
@@ -187,8 +198,8 @@ mod tests {
         let after = |scheme: Scheme| {
             let Method::Implicit(coefficients) = scheme.properties().method else { panic!("{}", scheme.name()) };
             let c = coefficients(1e-2, History::Continuous);
-            let last = (0..1000).fold((1.0, 0.0), |state, _| advance(c, 1.0, 1e-2, state, state));
-            1.0 - f64::hypot(last.0, last.1)
+            let last = (0..1000).fold(DEFLECTED, |state, _| advance(c, 1.0, 1e-2, state, state));
+            1.0 - f64::hypot(last.x, last.v)
         };
         let ratio = after(Scheme::DampedMidpoint) / after(Scheme::BackwardEuler);
         assert!((ratio - 0.1).abs() < 0.01, "{ratio}");
@@ -201,12 +212,12 @@ mod tests {
         for scheme in Scheme::ALL {
             let Method::Implicit(coefficients) = scheme.properties().method else { continue };
             for wdt in [0.01, 1.0, 100.0] {
-                let (mut before, mut state) = ((1.0, 0.0), (1.0, 0.0));
+                let (mut before, mut state) = (DEFLECTED, DEFLECTED);
                 for _ in 0..200 {
                     let next = advance(coefficients(wdt, History::Continuous), 1.0, wdt, state, before);
                     (before, state) = (state, next);
                 }
-                assert!(state.0.hypot(state.1) < 1.5, "{}: {state:?} at w dt = {wdt}", scheme.name());
+                assert!(state.x.hypot(state.v) < 1.5, "{}: {state:?} at w dt = {wdt}", scheme.name());
             }
         }
         let mut names = Scheme::ALL.map(Scheme::name);
