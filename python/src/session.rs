@@ -16,7 +16,7 @@ use super::states::{frame_dict, hand_pose, tool_dict};
 use numpy::{PyArray1, PyArray2};
 use pliant_editor::{DeviceRequest, DeviceView, DeviceWish};
 use pliant_engine::body::{Body, Division};
-use pliant_engine::session::{CancelToken, Session as EngineSession, Snapshot as EngineSnapshot};
+use pliant_engine::session::{CancelToken, HistoryCounts, Session as EngineSession, Snapshot as EngineSnapshot};
 use pliant_record::{PlanReport, write_model};
 use pliant_solver::Vec3;
 use pyo3::prelude::*;
@@ -456,7 +456,10 @@ impl Session {
     /// Edits that can be taken back, and made again.
     #[getter]
     fn history(&self) -> PyResult<(usize, usize)> {
-        self.read(|open| Ok(open.opened.session.history()))
+        self.read(|open| {
+            let HistoryCounts { done, undone } = open.opened.session.history();
+            Ok((done, undone))
+        })
     }
 
     /// All bodies as they are now.

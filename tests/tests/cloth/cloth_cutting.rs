@@ -1,7 +1,7 @@
 //! A blade through a sheet that its own mesh carries: what is kept, what is let go, what comes apart.
 
 use pliant_engine::body::Body;
-use pliant_engine::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, HistoryCounts, Session};
 use pliant_record::write_model;
 use pliant_solver::{Constraint, Vec3};
 use pliant_tests::{Bench, NOW, open, open_file, root};
@@ -184,7 +184,7 @@ fn taken_back_and_made_again_to_the_bit() {
     };
     let before = bytes(&mut session);
     run(&mut session, 0.26);
-    assert_eq!(session.history(), (1, 0));
+    assert_eq!(session.history(), HistoryCounts { done: 1, undone: 0 });
     let after = bytes(&mut session);
     for _ in 0..2 {
         assert!(session.undo() && bytes(&mut session) == before);

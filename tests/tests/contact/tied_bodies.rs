@@ -1,6 +1,6 @@
 //! Two bodies that are stitched together: their points stay together, momentum stays, energy does not grow, and they carry as one body does.
 
-use pliant_engine::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, HistoryCounts, Session};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::Random;
 use pliant_tests::{Bench, open, open_file};
@@ -251,7 +251,7 @@ fn a_needle_ties_two_bodies_for_good_and_an_undo_frees_them() {
         }
         println!("gap {gap}: {ties} ties, {widest:.1e} edges apart, history {:?}", session.history());
         assert!(widest < 1e-3, "gap {gap}: {widest} edges");
-        assert_eq!(session.history(), (1, 0));
+        assert_eq!(session.history(), HistoryCounts { done: 1, undone: 0 });
         // Lifted, the one takes the other along.
         let kept = session.tie_count();
         assert!(session.undo());
@@ -275,7 +275,7 @@ fn points_that_a_stroke_has_not_brought_together_are_let_go() {
     run(&mut session, 0.6);
     println!("{drawn} drawn, {} left", session.tie_count());
     assert_eq!(session.tie_count(), 0, "of {drawn}");
-    assert_eq!(session.history(), (0, 0), "nothing was tied");
+    assert_eq!(session.history(), HistoryCounts { done: 0, undone: 0 }, "nothing was tied");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Cuts of whole scenes: what comes apart, what a blade feels, and how it is taken back.
 
-use pliant_engine::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, HistoryCounts, Session};
 use pliant_mesh::geometry::Vec3;
 use pliant_record::write_model;
 use pliant_tests::{Bench, open, open_file, root};
@@ -123,13 +123,13 @@ fn undo_gives_back_the_same_bytes_and_redo_the_cut() {
     let (document, x) = (session.bodies[0].model.document.bytes().to_vec(), session.bodies[0].system.nodes.x.clone());
     assert!(!session.undo(), "nothing yet");
     run(&mut session, 0.46);
-    assert_eq!(session.history(), (1, 0));
+    assert_eq!(session.history(), HistoryCounts { done: 1, undone: 0 });
     let cut = written(&mut session);
     let nodes = session.bodies[0].system.nodes.x.clone();
     assert!(cut.len() > document.len() && nodes.len() > x.len());
     for _ in 0..2 {
         assert!(session.undo());
-        assert_eq!(session.history(), (0, 1));
+        assert_eq!(session.history(), HistoryCounts { done: 0, undone: 1 });
         assert_eq!(session.bodies[0].system.nodes.x, x, "every node is where it was");
         assert!(written(&mut session) == document, "the file as it was handed in");
         assert!(session.redo());

@@ -6,7 +6,7 @@
 #![allow(clippy::print_stdout, reason = "what failed, and the count")]
 
 use crate::drawn_line::{DrawnCut, count, joined_in_lattice};
-use pliant_engine::session::EventKind;
+use pliant_engine::session::{EventKind, HistoryCounts};
 use pliant_tests::{Bench, asked_cases};
 
 #[test]
@@ -41,7 +41,11 @@ fn a_drawn_line_parts_the_body_or_it_is_told_what_holds() {
         let seconds = &session.cuts().seconds;
         slowest = slowest.max(seconds.iter().copied().fold(0.0, f64::max));
         slowest_end = slowest_end.max(seconds.last().copied().unwrap_or(0.0));
-        assert_eq!(session.history(), (1, 0), "{number}: a stroke is one step of the history");
+        assert_eq!(
+            session.history(),
+            HistoryCounts { done: 1, undone: 0 },
+            "{number}: a stroke is one step of the history"
+        );
         assert!(session.undo(), "{number}");
         assert_eq!(count(&session.bodies[0].model.surface), 1, "{number}: one undo takes the stroke back");
     }

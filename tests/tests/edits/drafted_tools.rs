@@ -101,7 +101,7 @@ fn every_tool_does_something_to_every_body_or_says_why_not() {
                 continue;
             }
             stroke(&mut session, &draft, kind);
-            let (done, _) = session.history();
+            let done = session.history().done;
             let said = said(&session);
             println!("{body}, {}: {done} in the history, {said:?}", kind.name());
             if done == 0 && said.is_empty() {

@@ -1,7 +1,7 @@
 //! The palette of edits: what each does to solids and sheets, what it leaves alone, and how it is taken back.
 
 use pliant_engine::edit::Falloff;
-use pliant_engine::session::{EventKind, Session, SessionCommand};
+use pliant_engine::session::{EventKind, HistoryCounts, Session, SessionCommand};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::models;
 use pliant_mesh::{Bounds, ObjDocument, Surface};
@@ -147,7 +147,7 @@ fn every_edit_on_generated_solids_leaves_the_rest_alone_turns_no_triangle_and_is
             run(&mut session, 0.03);
             let kept = surfaces(&mut session).1;
             let stays = !matches!(kind, "grab");
-            assert_eq!(session.history(), (usize::from(stays), 0), "{what}");
+            assert_eq!(session.history(), HistoryCounts { done: usize::from(stays), undone: 0 }, "{what}");
             if stays {
                 assert!(session.undo(), "{what}");
                 assert!(surfaces(&mut session).1 == before, "{what}: taken back to the bit");
@@ -302,7 +302,7 @@ fn mirrored_hands_keep_a_symmetric_model_symmetric_to_the_bit() {
             assert!(all.contains(&key(&image)), "{kind}: {a:?} went to {b:?}, and nothing to its mirror image");
         }
         let stays = session.history();
-        assert_eq!(stays, (1, 0), "{kind}: both hands make one stroke");
+        assert_eq!(stays, HistoryCounts { done: 1, undone: 0 }, "{kind}: both hands make one stroke");
     }
 }
 

@@ -1,6 +1,6 @@
 //! Pins and parameters painted by strokes: against fields of a scene, over materials, levels and integrators, with undo, cuts and replay.
 
-use pliant_engine::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, HistoryCounts, Session};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::models;
 use pliant_tests::bar::{MATERIALS, STRAIN, energy};
@@ -262,7 +262,7 @@ fn a_stroke_is_one_undo_and_comes_back_to_the_bit() {
             run(&mut session, 0.01);
             let before = state(&mut session);
             run(&mut session, 0.091);
-            assert_eq!(session.history(), (1, 0), "{kind}");
+            assert_eq!(session.history(), HistoryCounts { done: 1, undone: 0 }, "{kind}");
             let after = state(&mut session);
             assert!(after != before);
             assert!(session.undo());

@@ -1,6 +1,6 @@
 //! Sculpt layers: strokes that are recorded in a layer can be weakened, hidden, merged and deleted, exactly and in any order, and taken back.
 
-use pliant_engine::session::{EventKind, Session, SessionCommand};
+use pliant_engine::session::{EventKind, HistoryCounts, Session, SessionCommand};
 use pliant_host::{POSE_VALID, Pose};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::Random;
@@ -165,7 +165,7 @@ fn strokes_and_layers_are_taken_back_and_made_again_in_any_order() {
         session.step_with(&[[Pose::default()]]);
         let mut states = vec![(shape(&session), stack(&session))];
         for number in 0..14 {
-            let (count, before) = (session.sculpt_layers().len() as u64, session.history().0);
+            let (count, before) = (session.sculpt_layers().len() as u64, session.history().done);
             let layer = random.below(count.max(1)) as u32;
             let place = [0.01 * random.unit(), 0.01 * random.unit()];
             let command = match random.below(9) {
@@ -181,12 +181,12 @@ fn strokes_and_layers_are_taken_back_and_made_again_in_any_order() {
                 None => press(&mut session, place, 0.001, PRESS),
             }
             // Strengths of one layer right after each other are one entry.
-            match session.history().0 - before {
+            match session.history().done - before {
                 0 => *states.last_mut().unwrap() = (shape(&session), stack(&session)),
                 _ => states.push((shape(&session), stack(&session))),
             }
         }
-        assert_eq!(session.history().0 + 1, states.len());
+        assert_eq!(session.history().done + 1, states.len());
         for state in states.iter().rev().skip(1) {
             assert!(session.undo());
             assert!((shape(&session), stack(&session)) == *state, "case {case}: undo");
@@ -252,7 +252,7 @@ fn a_cut_fixes_the_layers_from_before_it_until_it_is_taken_back() {
         assert!(settled(&session) == cut);
         assert!(session.apply(SessionCommand::MergeLayer { layer: 0 }));
         assert!(settled(&session) == cut);
-        while session.history().0 > 2 {
+        while session.history().done > 2 {
             session.undo();
         }
         assert!(shape(&session) == whole);
@@ -317,7 +317,7 @@ fn what_changes_nothing_does_nothing() {
         for command in commands {
             assert!(!session.apply(command.clone()), "{command:?}");
         }
-        assert_eq!(session.history(), (1, 1));
+        assert_eq!(session.history(), HistoryCounts { done: 1, undone: 1 });
         for step in 0..30 {
             session.step_with(&[[pose([0.004, 0.0, HALF + 0.006 - 3e-4 * f64::from(step)], PRESS)]]);
             commands.iter().for_each(|command| assert!(!session.apply(command.clone()), "{command:?}"));

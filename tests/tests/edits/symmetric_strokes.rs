@@ -211,7 +211,7 @@ fn strokes_of_every_tool_keep_a_symmetric_model_symmetric_to_the_bit() {
             let mut last = first.clone();
             // The tool, then another one on what it has left.
             for kind in [kind, kinds()[(7 * at + 3) % kinds().len()]] {
-                let before = edited.session.history().0;
+                let before = edited.session.history().done;
                 let pressed = edited.stroke(&mut random, kind, |_| {});
                 assert_eq!(edited.session.events.count(EventKind::Quarantine), 0, "{what}");
                 let surface = edited.surface();
@@ -220,7 +220,7 @@ fn strokes_of_every_tool_keep_a_symmetric_model_symmetric_to_the_bit() {
                     let count = unpaired(&surface, axis);
                     assert_eq!(count, 0, "{what}: {} along axis {axis}, off by {off:.1e} m", kind.name());
                 }
-                let after = edited.session.history().0;
+                let after = edited.session.history().done;
                 assert!(after <= before + 1, "{what}: a mirrored stroke is one stroke");
                 if after > before {
                     shapes.push(pressed);
@@ -374,7 +374,7 @@ fn seen_strokes(seed: u64, period: usize) -> (Edited, Vec<Seen>) {
         if always.is_none() {
             edited.mirror(axes);
         }
-        let before = edited.session.history().0;
+        let before = edited.session.history().done;
         edited.stroke(&mut random, kind, &mut look);
         if always.is_none() {
             edited.mirror([false; 3]);
@@ -394,7 +394,7 @@ fn seen_strokes(seed: u64, period: usize) -> (Edited, Vec<Seen>) {
             }
         }
         write!(strokes, "{} in {:?}, ", kind.name(), always.unwrap_or(axes)).expect("written");
-        if edited.session.history().0 == before {
+        if edited.session.history().done == before {
             // Nothing to take back, but a body that was not at rest may have moved.
             seen.pop();
         }

@@ -1,7 +1,7 @@
 //! Taking back and making again: what a sheet was, and what becomes of an edit that is still under way.
 
 use pliant_engine::body::Body;
-use pliant_engine::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, HistoryCounts, Session};
 use pliant_mesh::geometry::Vec3;
 use pliant_tests::{Bench, NOW, open, open_file};
 
@@ -82,7 +82,7 @@ fn a_kept_pull_on_a_sheet_is_taken_back_and_made_again_to_the_bit() {
         let energy = session.bodies[0].system.energy(NOW).unwrap();
         assert!(energy > 1e-5, "{energy} J");
         run(&mut session, 0.03);
-        assert_eq!(session.history(), (1, 0));
+        assert_eq!(session.history(), HistoryCounts { done: 1, undone: 0 });
         let kept = session.bodies[0].system.energy(NOW).unwrap();
         assert!(kept < 1e-12 * energy, "{sheet}: the shape kept is at rest: {kept} J of {energy} J");
         let after = state(&mut session);
@@ -154,11 +154,19 @@ fn an_edit_taken_back_does_not_begin_again_in_its_own_span() {
     let half = depth(&session);
     assert!(half > 2, "{half} advances");
     run(&mut session, 0.41);
-    assert_eq!((depth(&session), session.history()), (0, (0, 1)), "the blade went on down and cut nothing");
+    assert_eq!(
+        (depth(&session), session.history()),
+        (0, HistoryCounts { done: 0, undone: 1 }),
+        "the blade went on down and cut nothing"
+    );
     assert!(session.redo());
     assert!(depth(&session) >= half);
     run(&mut session, 0.1);
-    assert_eq!(session.history(), (1, 0), "what was made again does not begin a new edit");
+    assert_eq!(
+        session.history(),
+        HistoryCounts { done: 1, undone: 0 },
+        "what was made again does not begin a new edit"
+    );
 }
 
 #[test]
@@ -168,7 +176,7 @@ fn its_button_pressed_anew_begins_it_again() {
     assert_eq!(depth(&session), 0, "taken back, and the button let go since");
     run(&mut session, 0.2);
     assert!(depth(&session) > 2, "pressed again at 0.32 s, it cuts");
-    assert_eq!(session.history(), (1, 0));
+    assert_eq!(session.history(), HistoryCounts { done: 1, undone: 0 });
 }
 
 #[test]
@@ -183,11 +191,15 @@ fn undo_and_redo_by_button_happen_each_time_it_is_pressed_and_only_then() {
     run(&mut session, 0.03);
     assert_eq!(
         (depth(&session), session.history()),
-        (0, (0, 1)),
+        (0, HistoryCounts { done: 0, undone: 1 }),
         "undone once, though the button is held for 50 steps"
     );
     run(&mut session, 0.1);
-    assert_eq!((depth(&session), session.history()), (cut, (1, 0)), "the other button makes it again");
+    assert_eq!(
+        (depth(&session), session.history()),
+        (cut, HistoryCounts { done: 1, undone: 0 }),
+        "the other button makes it again"
+    );
     run(&mut session, 0.1);
     assert_eq!(depth(&session), 0, "pressed anew, it undoes again");
     run(&mut session, 0.1);

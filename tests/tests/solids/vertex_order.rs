@@ -1,7 +1,7 @@
 //! A sheet from a file whose vertices and faces come in no order: it is worked on in another order, and nothing else shows.
 
 use pliant_engine::body::Body;
-use pliant_engine::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, HistoryCounts, Session};
 use pliant_record::write_model;
 use pliant_solver::{Pool, Vec3};
 use pliant_tests::{Bench, NOW, open_file};
@@ -173,7 +173,7 @@ fn taken_back_and_made_again_to_the_bit() {
     let before = bits(&mut session);
     run(&mut session, 0.33);
     let (after, history) = (bits(&mut session), session.history());
-    assert_eq!(history, (1, 0));
+    assert_eq!(history, HistoryCounts { done: 1, undone: 0 });
     for _ in 0..2 {
         assert!(session.undo() && session.redo() && bits(&mut session) == after);
     }

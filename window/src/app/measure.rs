@@ -3,7 +3,7 @@
 use super::gauges::FrameTimes;
 use super::model::Model;
 use crate::arguments::Arguments;
-use crate::sim::{Notice, Simulation, StepTimes};
+use crate::sim::{EndedRun, Notice, Simulation, StepTimes};
 use crate::strings;
 use crate::tools::ToolKind;
 use crate::view::{Camera, Ray};
@@ -27,7 +27,8 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    pub(super) fn new((live, step): (LiveSummary, StepTimes), times: Option<&FrameTimes>) -> Self {
+    pub(super) fn new(ended: EndedRun, times: Option<&FrameTimes>) -> Self {
+        let EndedRun { live, step } = ended;
         Self { live, step, frames: times.map(FrameTimes::parts).unwrap_or_default() }
     }
 }

@@ -1,5 +1,7 @@
 //! Names and times of what can be taken back: the strokes of the session, and changes of the stiffness, which the session does not remember.
 
+use pliant_engine::session::HistoryCounts;
+
 /// Something that can be taken back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
@@ -91,9 +93,9 @@ impl StrokeLog {
         }
     }
 
-    /// Takes over the counts of edits of the session that can be taken back and that can be made again, at `time` (s). Returns whether they
-    /// differ from the last ones.
-    pub fn update(&mut self, (done, undone): (usize, usize), time: f64) -> bool {
+    /// Takes over the counts of edits of the session, at `time` (s). Returns whether they differ from the last ones.
+    pub fn update(&mut self, edits: HistoryCounts, time: f64) -> bool {
+        let HistoryCounts { done, undone } = edits;
         let before = (self.done, self.strokes.len());
         let present = self.edits();
         if done > present && undone == 0 {
@@ -150,6 +152,10 @@ impl StrokeLog {
 mod tests {
     use super::*;
 
+    fn edits(done: usize, undone: usize) -> HistoryCounts {
+        HistoryCounts { done, undone }
+    }
+
     fn names(log: &StrokeLog) -> Vec<&'static str> {
         log.strokes().iter().map(|stroke| stroke.name).collect()
     }
@@ -159,26 +165,26 @@ mod tests {
         let mut log = StrokeLog::default();
         for (name, count) in [("press", 1), ("pull", 2), ("knife", 3)] {
             log.begin(name);
-            assert!(log.update((count, 0), 1.0));
+            assert!(log.update(edits(count, 0), 1.0));
         }
-        assert!(!log.update((3, 0), 2.0));
-        assert!(log.update((2, 1), 3.0) && log.update((1, 2), 3.0));
+        assert!(!log.update(edits(3, 0), 2.0));
+        assert!(log.update(edits(2, 1), 3.0) && log.update(edits(1, 2), 3.0));
         assert_eq!((names(&log), log.done()), (vec!["press", "pull", "knife"], 1));
-        assert!(log.update((2, 1), 4.0));
+        assert!(log.update(edits(2, 1), 4.0));
         assert_eq!(log.done(), 2);
         log.begin("grab");
-        log.update((3, 0), 5.0);
+        log.update(edits(3, 0), 5.0);
         assert_eq!((names(&log), log.done()), (vec!["press", "pull", "grab"], 3));
         // Two strokes of the session that belong to one of the pointer are taken back and made again together.
         log.begin("mirrored");
-        log.update((5, 0), 5.5);
+        log.update(edits(5, 0), 5.5);
         assert_eq!((log.count_before(), log.count_after()), (3, 5));
-        log.update((3, 2), 5.6);
+        log.update(edits(3, 2), 5.6);
         assert_eq!((log.count_before(), log.count_after()), (2, 5));
         // A stroke under way counts, and no longer if it has changed nothing.
         log.begin("touch");
-        log.update((4, 0), 6.0);
-        log.update((3, 0), 7.0);
+        log.update(edits(4, 0), 6.0);
+        log.update(edits(3, 0), 7.0);
         assert_eq!((names(&log), log.done()), (vec!["press", "pull", "grab"], 3));
     }
 
@@ -191,7 +197,7 @@ mod tests {
                 HistoryStep::Stiffness(factor) => *stiffness = factor,
             }
         }
-        assert!(!log.update((session[0], session[1]), 99.0), "the log knew it");
+        assert!(!log.update(edits(session[0], session[1]), 99.0), "the log knew it");
     }
 
     /// Random strokes, changes of the stiffness, undo and redo, beside a plain list of states.
@@ -210,7 +216,7 @@ mod tests {
                 0 => {
                     log.begin("press");
                     session = [session[0] + 1, 0];
-                    assert!(log.update((session[0], 0), f64::from(round)));
+                    assert!(log.update(edits(session[0], 0), f64::from(round)));
                     states.truncate(log.done());
                     states.push((session, stiffness));
                 }

@@ -122,8 +122,17 @@ pub enum Notice {
     NoDevice(String),
     /// Something happened that people should know.
     Message(String),
-    /// It has ended: how it kept time, and the wall-clock times of its steps.
-    Ended(Box<(LiveSummary, StepTimes)>),
+    /// It has ended.
+    Ended(Box<EndedRun>),
+}
+
+/// What a simulation that has ended leaves.
+#[derive(Clone, Debug)]
+pub struct EndedRun {
+    /// How it kept time.
+    pub live: LiveSummary,
+    /// Wall-clock times of its steps.
+    pub step: StepTimes,
 }
 
 /// The state of affairs, several times a second.

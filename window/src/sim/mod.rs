@@ -19,7 +19,7 @@ pub use export::{ModelFormat, write_bodies};
 pub use gauges::{Gauges, StepTimes};
 pub use history::{HistoryStep, Stroke, StrokeLog};
 pub use launch::prepare;
-pub use messages::{Command, Notice, OpenModel, Status};
+pub use messages::{Command, EndedRun, Notice, OpenModel, Status};
 pub use takeover::Predecessor;
 
 use crate::opening::OpenRequest;

@@ -5,7 +5,7 @@ use super::device_strokes::{DeviceStrokes, StrokeChange};
 use super::export::{write_bodies, write_together};
 use super::gauges::GaugeWindow;
 use super::history::{HistoryStep, StrokeLog};
-use super::messages::{Command, Notice, Notifier, OpenModel, Status};
+use super::messages::{Command, EndedRun, Notice, Notifier, OpenModel, Status};
 use super::session_file::SessionFile;
 use super::takeover::{HandedOver, Handover, Predecessor, TakenOver};
 use crate::opening::{OpenRequest, Opened, open};
@@ -189,7 +189,8 @@ fn work(
                 }
                 Command::End => {
                     autosave.discard();
-                    notifier.send(Notice::Ended(Box::new((live.finish(), gauges.all()))));
+                    let ended = EndedRun { live: live.finish(), step: gauges.all() };
+                    notifier.send(Notice::Ended(Box::new(ended)));
                     return Ok(());
                 }
             }
@@ -330,10 +331,10 @@ fn go_to(session: &mut Session, session_file: &mut SessionFile, log: &mut Stroke
         has_changed = true;
         match step {
             HistoryStep::Undo => {
-                while session.history().0 > log.edits() && session_file.apply(session, SessionCommand::Undo) {}
+                while session.history().done > log.edits() && session_file.apply(session, SessionCommand::Undo) {}
             }
             HistoryStep::Redo => {
-                while session.history().0 < log.edits() && session_file.apply(session, SessionCommand::Redo) {}
+                while session.history().done < log.edits() && session_file.apply(session, SessionCommand::Redo) {}
             }
             HistoryStep::Stiffness(factor) => {
                 session_file.apply(session, SessionCommand::SetStiffness { factor });

@@ -11,6 +11,15 @@ use crate::scene::Release;
 use pliant_plugin_api::abi;
 use thiserror::Error;
 
+/// Numbers of edits that can be undone and redone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HistoryCounts {
+    /// Number of edits that can be undone.
+    pub done: usize,
+    /// Number of edits that have been undone and can be redone.
+    pub undone: usize,
+}
+
 /// Edits that can be undone and redone.
 #[derive(Default)]
 pub(super) struct History {
@@ -96,15 +105,16 @@ impl Session {
         self.history.kept = true;
     }
 
-    /// Number of edits that can be undone and of edits that can be redone.
-    pub fn history(&self) -> (usize, usize) {
-        (self.history.done.len() + self.history.under_way.len(), self.history.undone.len())
+    /// How many edits can be undone and redone.
+    pub fn history(&self) -> HistoryCounts {
+        let History { done, under_way, undone, .. } = &self.history;
+        HistoryCounts { done: done.len() + under_way.len(), undone: undone.len() }
     }
 
     /// Restores the state before the last cut, the last edit that changed a shape or history for good, or the last change of sculpt layers. An active edit of that kind
     /// ends first and does not begin again before its button is pressed again. Returns whether there was one.
     pub fn undo(&mut self) -> bool {
-        if self.history().0 == 0 {
+        if self.history().done == 0 {
             return false;
         }
         let touching = self.touching_proxies();

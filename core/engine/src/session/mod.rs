@@ -54,7 +54,7 @@ pub use edit_costs::EditCost;
 pub use error::SessionError;
 pub use event::{Event, EventKind, Events};
 pub use frame::{Frame, ToolFrame};
-pub use history::{Snapshot, SnapshotError};
+pub use history::{HistoryCounts, Snapshot, SnapshotError};
 pub use level_choice::LevelChosen;
 pub use mirror::Mirror;
 pub use obstacles::ObstacleSummary;
