@@ -5,7 +5,7 @@ from __future__ import annotations
 import atexit
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypedDict
 from weakref import WeakSet
 
 import numpy as np
@@ -18,6 +18,19 @@ from ._pose import as_mask, as_place, as_rotation
 
 # Buttons of the scene for none, the first and another of the device.
 Buttons: TypeAlias = tuple[int | Iterable[int], int | Iterable[int], int | Iterable[int]]
+
+
+class GivenWish(TypedDict):
+    """What is asked of a device; None for what stays as it is, or for the default."""
+
+    # m (3), what the middle of the device's workspace shows
+    centre: tuple[float, ...] | None
+    # From axes of the picture to those of the scene: a quaternion (x, y, z, w).
+    rotation: tuple[float, ...] | None
+    # Masks of buttons of the scene for none, the first and another of the device.
+    buttons: tuple[int, int, int] | None
+    # Share of the force, 0 to 1.
+    force_share: float | None
 
 
 @dataclass(frozen=True)
@@ -91,12 +104,7 @@ class DeviceHand(Live):
         view, centre, buttons, force_share
             As of :meth:`Hand.follow`.
         """
-        self._native.guide(
-            None if centre is None else as_place("centre", centre),
-            None if view is None else as_rotation("view", view),
-            None if buttons is None else as_masks(buttons),
-            force_share,
-        )
+        self._native.guide(as_wish(view, centre, buttons, force_share))
 
     @property
     def device(self) -> str:
@@ -150,6 +158,16 @@ def stop_devices_of(session: _native.Session) -> None:
     for hand in list(_running):
         if hand._session is session:
             hand.stop()
+
+
+def as_wish(view: Any, centre: ArrayLike | None, buttons: Buttons | None, force_share: float | None) -> GivenWish:
+    """What is asked of a device, as the native half takes it."""
+    return {
+        "centre": None if centre is None else as_place("centre", centre),
+        "rotation": None if view is None else as_rotation("view", view),
+        "buttons": None if buttons is None else as_masks(buttons),
+        "force_share": force_share,
+    }
 
 
 def as_masks(buttons: Buttons) -> tuple[int, int, int]:

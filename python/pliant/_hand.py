@@ -9,9 +9,9 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._device_hand import Buttons, DeviceHand, as_masks
+from ._device_hand import Buttons, DeviceHand, GivenWish, as_masks, as_wish
 from ._error import PliantError
-from ._pose import as_place, as_pose, as_rotation
+from ._pose import as_pose
 
 
 class Hand:
@@ -85,31 +85,27 @@ class Hand:
             shares the device of its hand with another, or an argument is not allowed.
         """
         texts = [(key.replace("_", "-"), _text(key, value)) for key, value in (params or {}).items()]
-        place = None if centre is None else as_place("centre", centre)
-        looking = (place, as_rotation("view", view))
         if isinstance(device, DeviceHand):
-            return self._follow_on(device, texts, (place, None if view is None else looking[1]), buttons, force_share)
-        given = as_masks((0, [0], [1]) if buttons is None else buttons)
-        share = 1.0 if force_share is None else force_share
-        return DeviceHand(self._session, self._session.follow(self._tool, (device, texts), looking, given, share), device)
+            return self._follow_on(device, texts, as_wish(view, centre, None, force_share), buttons)
+        wish = as_wish(view, centre, buttons, force_share)
+        return DeviceHand(self._session, self._session.follow(self._tool, device, texts, wish), device)
 
     def _follow_on(
         self,
         hand: DeviceHand,
         params: list[tuple[str, str]],
-        view: tuple[tuple[float, ...] | None, tuple[float, ...] | None],
+        wish: GivenWish,
         buttons: Buttons | None,
-        force_share: float | None,
     ) -> DeviceHand:
-        """Give the hand to the device that has one of another session."""
+        """Give the hand to the device that has one of another session; `buttons` are part of the wish."""
         if params:
             raise PliantError(f"params has `{params[0][0]}`, and the device is open; allowed are none")
         if hand._session is self._session:
             raise PliantError("the hand is one of this session; allowed is that of another session, or DeviceHand.guide")
         hand.pause()
         try:
-            given = None if buttons is None else as_masks(buttons)
-            live = self._session.follow_on(self._tool, hand._native, view, given, force_share)
+            wish["buttons"] = None if buttons is None else as_masks(buttons)
+            live = self._session.follow_on(self._tool, hand._native, wish)
         finally:
             hand.stop()
         return DeviceHand(self._session, live, hand.device)

@@ -87,7 +87,9 @@ fn pose_arrays<'py>(py: Python<'py>, used: &[UsedPose]) -> PoseArrays<'py> {
     )
 }
 
-/// What Python asks of a device; `None` for what stays as it is.
+/// What Python asks of a device, from a dict with these keys (`GivenWish` of `_device_hand.py`); `None` for what stays as it is.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(super) struct GivenWish {
     /// m, what the middle of the picture shows
     pub(super) centre: Option<[f64; 3]>,
@@ -142,19 +144,11 @@ impl Live {
         })
     }
 
-    /// Changes what is asked of the device that has a hand: middle of the view (m) and its rotation (x, y, z, w), buttons and share of the force.
-    #[pyo3(signature = (centre, rotation, buttons, force_share))]
-    fn guide(
-        &self,
-        centre: Option<[f64; 3]>,
-        rotation: Option<[f64; 4]>,
-        buttons: Option<[u32; 3]>,
-        force_share: Option<f64>,
-    ) -> PyResult<()> {
-        let wish = GivenWish { centre, rotation, buttons, force_share };
+    /// Changes what is asked of the device that has a hand.
+    fn guide(&self, given: GivenWish) -> PyResult<()> {
         self.with(|thread| {
             let mut checked = Ok(());
-            thread.guide(|asked| checked = wish.apply(asked));
+            thread.guide(|asked| checked = given.apply(asked));
             checked
         })
     }

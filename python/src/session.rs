@@ -29,6 +29,9 @@ use std::time::{Duration, Instant};
 
 /// How long steps are taken before Python is asked whether the user wants to stop.
 const SIGNAL_PERIOD: Duration = Duration::from_millis(20);
+/// Buttons of the scene that are pressed by default while no button of a device is, while its first is, and while only another is: none, button 0 and button 1
+/// (bit i is button i).
+const DEFAULT_BUTTONS: [u32; 3] = [0, 1 << 0, 1 << 1];
 
 /// All bodies of a session at one moment.
 #[pyclass(frozen, module = "pliant._native")]
@@ -217,26 +220,22 @@ impl Session {
         go_live(this, this.get().access()?, None)
     }
 
-    /// Goes on in real time with a device that has the hand of a tool, until the result is stopped. `device` is its plugin with keys and texts of its
-    /// parameters, `view` the place (m) and rotation (x, y, z, w) it is seen in; without a place it is the middle of the bodies.
+    /// Goes on in real time with a device that has the hand of a tool, until the result is stopped. `params` are keys and texts of parameters of its plugin.
+    /// What is not given is the default: the middle of the bodies, no turn, a button of the scene for each of the device, all of the force.
     fn follow(
         this: &Bound<'_, Self>,
         tool: &str,
-        device: (String, Vec<(String, String)>),
-        view: (Option<[f64; 3]>, [f64; 4]),
-        buttons: [u32; 3],
-        force_share: f64,
+        plugin: String,
+        params: Vec<(String, String)>,
+        given: GivenWish,
     ) -> PyResult<Live> {
-        let ((plugin, params), (centre, rotation)) = (device, view);
         let (py, mut access) = (this.py(), this.get().access()?);
         let open = access.open()?;
         let tool = open.tool(tool)?;
         let Opened { session, search, .. } = &open.opened;
         check_tool(session, tool)?;
         let view = DeviceView { centre: middle_of(session), rotation: Default::default() };
-        let mut wish = DeviceWish { view, buttons, force_share };
-        let given =
-            GivenWish { centre, rotation: Some(rotation), buttons: Some(buttons), force_share: Some(force_share) };
+        let mut wish = DeviceWish { view, buttons: DEFAULT_BUTTONS, force_share: 1.0 };
         given.apply(&mut wish)?;
         let request = DeviceRequest { plugin: plugin.clone(), settings: params, ..DeviceRequest::default() };
         // Drivers of arms take their time.
@@ -247,15 +246,7 @@ impl Session {
     }
 
     /// Goes on in real time with the device that had a hand of another session and was kept when that was stopped. What is `None` stays as it was asked for last.
-    fn follow_on(
-        this: &Bound<'_, Self>,
-        tool: &str,
-        before: &Live,
-        view: (Option<[f64; 3]>, Option<[f64; 4]>),
-        buttons: Option<[u32; 3]>,
-        force_share: Option<f64>,
-    ) -> PyResult<Live> {
-        let (centre, rotation) = view;
+    fn follow_on(this: &Bound<'_, Self>, tool: &str, before: &Live, given: GivenWish) -> PyResult<Live> {
         let mut access = this.get().access()?;
         let open = access.open()?;
         let tool = open.tool(tool)?;
@@ -264,7 +255,7 @@ impl Session {
             let text = "the hand has no device: it was lost, closed, or has gone to another session; allowed is the name of a device";
             return Err(Failure::argument(text).into());
         };
-        GivenWish { centre, rotation, buttons, force_share }.apply(&mut kept.wish)?;
+        given.apply(&mut kept.wish)?;
         let (name, wish) = (kept.name.clone(), kept.wish);
         go_live(this, access, Some(Lead { tool, device: LeadDevice::Kept(Box::new(kept)), name, wish }))
     }
