@@ -1,5 +1,6 @@
 //! Strokes that the program makes by itself, to measure what the window costs the simulation.
 
+use super::App;
 use super::gauges::FrameTimes;
 use super::model::Model;
 use crate::arguments::Arguments;
@@ -85,6 +86,30 @@ impl ScriptedStrokes {
             model.hand.end();
         }
         seconds < self.duration
+    }
+}
+
+impl App {
+    /// Goes on with a measurement, if one is under way, and closes the window at its end.
+    pub(super) fn run_script(&mut self) {
+        let (Some(script), Some(model)) = (&mut self.script, &mut self.model) else { return };
+        if script.advance(model, &self.camera, self.tools[self.tool]) {
+            self.context.request_repaint();
+            return;
+        }
+        self.script = None;
+        // The stroke that is under way ends before the simulation does.
+        self.model.take().into_iter().for_each(|mut model| _ = model.hand.end());
+        let notices = self.simulation.take().map(Simulation::finish).unwrap_or_default();
+        let summary = notices.into_iter().find_map(|notice| match notice {
+            Notice::Ended(ended) => Some(ended),
+            _ => None,
+        });
+        if let (Some(ended), Ok(mut measured)) = (summary, self.measured.lock()) {
+            *measured = Some(Measurement::new(*ended, Some(&self.times)));
+        }
+        self.saved_strokes = Some(0);
+        self.context.send_viewport_cmd(egui::ViewportCommand::Close);
     }
 }
 

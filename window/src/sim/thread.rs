@@ -253,10 +253,10 @@ fn start(
     mut view: Option<ViewWriter>,
     notifier: &Notifier,
 ) -> Result<Started, String> {
-    if let Some(before) = before {
-        if let Some(TakenOver { live, hand, device_hand }) = before.hand_over(session, view.take()) {
-            return Ok(Started { live, hand, device_hand: Some(device_hand) });
-        }
+    if let Some(before) = before
+        && let Some(TakenOver { live, hand, device_hand }) = before.hand_over(session, view.take())
+    {
+        return Ok(Started { live, hand, device_hand: Some(device_hand) });
     }
     let [slot] = &session.devices[..] else { return Err(strings::NOT_ONE_HAND.into()) };
     let (device, hand) = PointerDevice::new(slot.facts);

@@ -28,6 +28,11 @@ pub fn arguments(path: &Path) -> Arguments {
     Arguments { path: Some(path.to_owned()), level: 4, threads: 1, autosave, ..Arguments::default() }
 }
 
+/// A window with the coarse model of a path ([`arguments`]).
+pub fn window(path: &Path) -> Harness<'static, App> {
+    window_with(arguments(path))
+}
+
 /// A window that was called with these arguments.
 pub fn window_with(arguments: Arguments) -> Harness<'static, App> {
     window_scaled(arguments, egui::vec2(1200.0, 800.0), 1.0)
