@@ -112,7 +112,7 @@ class Session(Stepped[_native.Session, ToolState]):
         self._warned = 0
         with self._opening(scene):
             self._native = _native.Session(scene._given(set or {}), options)
-        rows = json.loads(self._native.warnings())
+        rows = self._warning_rows()
         self._warned = len(rows)
         warn(rows, stacklevel=2)
 
@@ -139,7 +139,7 @@ class Session(Stepped[_native.Session, ToolState]):
         list of PliantWarning
             Those of models and selections, then those of edits so far.
         """
-        return [PliantWarning(row["message"], row["code"], row["where"]) for row in json.loads(self._native.warnings())]
+        return [PliantWarning(row["message"], row["code"], row["where"]) for row in self._warning_rows()]
 
     def __enter__(self) -> Session:
         return self
@@ -440,6 +440,11 @@ class Session(Stepped[_native.Session, ToolState]):
     def _tool_state(self, given: dict[str, Any]) -> ToolState:
         return tool_state(given)
 
+    def _warning_rows(self) -> list[dict[str, Any]]:
+        """Warnings so far, as the native half gives them."""
+        rows: list[dict[str, Any]] = json.loads(self._native.warnings())
+        return rows
+
     def _end(self) -> None:
         try:
             stop_devices_of(self._native)
@@ -449,7 +454,7 @@ class Session(Stepped[_native.Session, ToolState]):
     def _close(self) -> None:
         try:
             # One that is closed, goes on elsewhere or belongs to another process tells nothing.
-            rows = json.loads(self._native.warnings())[self._warned :]
+            rows = self._warning_rows()[self._warned :]
         except PliantError:
             rows = []
         self._native.close()
