@@ -76,7 +76,7 @@ impl Fibres {
         let on_surface = |entry: &FibreEntry| matches!(entry.part, FibrePart::Triangles(_));
         let nearest = self.entries.iter().any(on_surface).then(|| {
             let size = model.surface.bounds().longest_edge();
-            nearest_triangle(tree, model, &model.surface.points, point, [0.02 * size, 1e3 * size])
+            nearest_triangle(tree, model, &model.surface.points, point, 0.02 * size, 1e3 * size)
         });
         let nearest = nearest.flatten().map(|nearest| nearest.triangle as usize);
         let applies = |entry: &&FibreEntry| match &entry.part {

@@ -101,7 +101,7 @@ impl Fields {
         let FieldSurface { model, tree } = &self.surface;
         let nearest = self.planes.iter().flatten().any(is_on_surface).then(|| {
             let size = model.surface.bounds().longest_edge();
-            nearest_triangle(tree, model, &model.surface.points, point, [0.02 * size, 1e3 * size])
+            nearest_triangle(tree, model, &model.surface.points, point, 0.02 * size, 1e3 * size)
         });
         let nearest = nearest.flatten();
         let cells = model.tetrahedra.as_ref().filter(|_| self.planes.iter().flatten().any(is_in_cells));

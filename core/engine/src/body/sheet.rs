@@ -299,7 +299,7 @@ impl Sheet {
 
     /// The point of the surface at rest nearest to `point` (m); `None` where it is a million edges away.
     pub(crate) fn nearest_triangle(&self, point: Vec3, model: &Model, skin: &Skin) -> Option<NearestTriangle> {
-        nearest_triangle(&skin.tree, model, &skin.settled, point, [self.edge, 1e6 * self.edge])
+        nearest_triangle(&skin.tree, model, &skin.settled, point, self.edge, 1e6 * self.edge)
     }
 
     /// Adds a third of the area at rest of each triangle that has not failed to each of its nodes, m^2 (n).

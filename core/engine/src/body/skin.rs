@@ -45,13 +45,14 @@ pub(crate) struct NearestTriangle {
 }
 
 /// The point of a surface nearest to `point` (m), with vertices at `x` (m, n x 3); of several triangles the one with the lowest number.
-/// The search radius grows within `radii` (m); `None` where no triangle is within the last.
+/// The search radius begins with `radius` and grows up to `largest` (both in m); `None` where no triangle is within that.
 pub(crate) fn nearest_triangle(
     tree: &TriangleTree,
     model: &Model,
     x: &[Vec3],
     point: Vec3,
-    [mut radius, largest]: [f64; 2],
+    mut radius: f64,
+    largest: f64,
 ) -> Option<NearestTriangle> {
     loop {
         let mut best: Option<(f64, u32, Vec3)> = None;

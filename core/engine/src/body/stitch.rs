@@ -25,7 +25,7 @@ impl Body {
         let centre = self.embed_point(point)?.now;
         let join = Self::join_distance(self.discretization.edge());
         let Discretization::Sheet(sheet) = &self.discretization else { return self.heal(point, radius, join) };
-        let pairs = sheet.facing_nodes(&self.model, &self.system.nodes, centre, [radius, join]);
+        let pairs = sheet.facing_nodes(&self.model, &self.system.nodes, centre, radius, join);
         let x = &self.system.nodes.x;
         let is_near = |[a, b]: &[u32; 2]| (x[*a as usize] - x[*b as usize]).norm() <= join;
         let (near, apart): (Vec<_>, Vec<_>) = pairs.into_iter().partition(is_near);

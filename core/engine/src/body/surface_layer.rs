@@ -53,7 +53,7 @@ impl<'a> SurfaceLayer<'a> {
     ) -> Self {
         let PaintBall { centre, radius, .. } = ball;
         let mut layer = Self { model, skin, side: BTreeMap::new(), thickness };
-        let Some(first) = nearest_triangle(&skin.tree, model, &skin.settled, centre, [radius, 64.0 * radius]) else {
+        let Some(first) = nearest_triangle(&skin.tree, model, &skin.settled, centre, radius, 64.0 * radius) else {
             return layer;
         };
         let (first, mut near) = (first.triangle, Vec::new());

@@ -167,7 +167,7 @@ impl LawPoint {
             let depth = -(gap + dt * drive.dot(&normal));
             self.energy = depth.max(0.0) * push.max(0.0);
         }
-        let share = if is_passive { self.passive_share([push, stiffness, damping], is_explicit, dt) } else { 1.0 };
+        let share = if is_passive { self.passive_share(push, stiffness, damping, is_explicit, dt) } else { 1.0 };
         (push, stiffness, damping) = (share * push, share * stiffness, share * damping);
         let rate @ [u, v] = self.expected;
         let at_rest = [0, 1].map(|a| area * rest.tangential[a * count + i]);
@@ -200,7 +200,7 @@ impl LawPoint {
 impl LawPoint {
     /// Largest share, at most 1, of a push (N) with its stiffness (N/m) and damping (N s/m) that gives out no more energy in a step of `dt` (s) than the
     /// point has taken up, where nothing but the push moves its effective mass.
-    fn passive_share(&self, [push, stiffness, damping]: [f64; 3], is_explicit: bool, dt: f64) -> f64 {
+    fn passive_share(&self, push: f64, stiffness: f64, damping: f64, is_explicit: bool, dt: f64) -> f64 {
         let (gap_rate, budget) = (self.gap_rate(self.near.velocity), self.energy.max(0.0));
         // An explicit step pushes with the force at its start, which does not give way.
         let towards = self.near.velocity.dot(&self.near.normal);

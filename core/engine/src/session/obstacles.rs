@@ -136,7 +136,7 @@ impl Session {
             friction: obstacle.friction,
         });
         let moved = std::mem::take(&mut self.obstacles.unseen[index]);
-        if let Err(error) = contacts.place(body, placed, time.dt, [moved, reach]) {
+        if let Err(error) = contacts.place(body, placed, time.dt, moved, reach) {
             self.freeze(index, time.start, error.to_string());
         }
     }

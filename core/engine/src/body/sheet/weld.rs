@@ -85,7 +85,8 @@ impl Sheet {
         model: &Model,
         nodes: &Nodes,
         centre: Vec3,
-        [radius, join]: [f64; 2],
+        radius: f64,
+        join: f64,
     ) -> Vec<[u32; 2]> {
         let distance = |a: u32, b: u32| (nodes.x[a as usize] - nodes.x[b as usize]).norm();
         let is_near = |n: &u32| (nodes.x[*n as usize] - centre).norm() <= radius;

@@ -39,10 +39,10 @@ pub(super) fn move_rigidly(zone: &[u32], nodes: &mut CollisionNodes, dt: f64) {
     };
     let Some(turn) = spin(&inertia(&Matrix3::identity()), momentum).map(|spin| rotation(dt * spin)) else {
         // Nodes on a line, or in a point, have no turn about it.
-        return translate(zone, nodes, [to - from, velocity]);
+        return translate(zone, nodes, to - from, velocity);
     };
     let Some(mut spin) = spin(&inertia(&turn), momentum) else {
-        return translate(zone, nodes, [to - from, velocity]);
+        return translate(zone, nodes, to - from, velocity);
     };
     // The shape at the start may be narrower than that at the end, and would turn with more energy.
     let turning = momentum.dot(&spin);
@@ -56,7 +56,8 @@ pub(super) fn move_rigidly(zone: &[u32], nodes: &mut CollisionNodes, dt: f64) {
     }
 }
 
-fn translate(zone: &[u32], nodes: &mut CollisionNodes, [by, velocity]: [Vec3; 2]) {
+/// Moves nodes by a displacement (m) from where they were at the start of the step, and gives them a velocity (m/s).
+fn translate(zone: &[u32], nodes: &mut CollisionNodes, by: Vec3, velocity: Vec3) {
     for i in zone.iter().map(|i| *i as usize) {
         nodes.x[i] = nodes.start[i] + by;
         nodes.v[i] = velocity;

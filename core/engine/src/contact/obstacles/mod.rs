@@ -106,7 +106,8 @@ impl ObstacleContacts {
         body: &mut Body,
         obstacles: impl Iterator<Item = PlacedObstacle>,
         span: f64,
-        [moved, reach]: [f64; 2],
+        moved: f64,
+        reach: f64,
     ) -> Result<(), LatticeError> {
         self.obstacles.clear();
         self.obstacles.extend(obstacles);
