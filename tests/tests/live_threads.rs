@@ -122,7 +122,7 @@ fn begin(mut session: Session, quirk: Quirk, settings: LiveSettings) -> (Session
 }
 
 /// Steps until a number of ticks was done.
-fn until(ticks: u64, (session, live, seen): (&mut Session, &mut LiveSession, &Seen)) {
+fn until(ticks: u64, session: &mut Session, live: &mut LiveSession, seen: &Seen) {
     while seen.ticks.load(Ordering::Relaxed) < ticks {
         live.step(session);
     }
@@ -131,20 +131,20 @@ fn until(ticks: u64, (session, live, seen): (&mut Session, &mut LiveSession, &Se
 #[test]
 fn the_haptic_thread_takes_no_memory() {
     let (mut session, mut live, seen) = start(Quirk::None);
-    until(300, (&mut session, &mut live, &seen));
+    until(300, &mut session, &mut live, &seen);
     // However slow the simulation is here: until the hand feels it, and on.
     while !seen.pushes.load(Ordering::Relaxed) {
         live.step(&mut session);
     }
     let ticks = seen.ticks.load(Ordering::Relaxed);
-    until(ticks + 100, (&mut session, &mut live, &seen));
+    until(ticks + 100, &mut session, &mut live, &seen);
     let summary = live.finish();
     assert!(summary.ticks >= 300 && summary.contact_age.is_some() && !summary.panicked, "{summary:?}");
     assert_eq!(seen.taken.load(Ordering::Relaxed), 0, "allocations and releases in {} ticks", summary.ticks);
     assert!(seen.stopped.load(Ordering::Relaxed) && !seen.pushes.load(Ordering::Relaxed), "an orderly end");
     // And the count is not blind.
     let (mut session, mut live, seen) = start(Quirk::Allocates);
-    until(100, (&mut session, &mut live, &seen));
+    until(100, &mut session, &mut live, &seen);
     drop(live);
     assert!(seen.taken.load(Ordering::Relaxed) >= 100);
 }
@@ -152,7 +152,7 @@ fn the_haptic_thread_takes_no_memory() {
 #[test]
 fn a_panic_of_the_simulation_stops_the_devices() {
     let (mut session, mut live, seen) = start(Quirk::None);
-    until(200, (&mut session, &mut live, &seen));
+    until(200, &mut session, &mut live, &seen);
     assert!(!seen.stopped.load(Ordering::Relaxed));
     let gone = std::thread::spawn(move || {
         let _live = live;
@@ -175,7 +175,7 @@ fn a_panic_of_the_haptic_thread_stops_the_devices_and_is_told() {
 #[test]
 fn the_watchdog_stops_a_device_whose_driver_hangs() {
     let (mut session, mut live, seen) = start(Quirk::Hangs);
-    until(60, (&mut session, &mut live, &seen));
+    until(60, &mut session, &mut live, &seen);
     assert!(seen.stopped.load(Ordering::Relaxed), "while its driver hung");
     let summary = live.finish();
     assert!(summary.watchdog_trips >= 1 && summary.missed > 100, "{summary:?}");

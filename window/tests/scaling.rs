@@ -30,21 +30,30 @@ const CONTROLS: [Role; 9] = [
     Role::Switch,
 ];
 
-/// Controls by role, name and which of those that are called so.
-fn controls(harness: &Harness<'_, App>) -> Vec<(Role, String, usize)> {
-    let mut found: Vec<(Role, String, usize)> = Vec::new();
+/// A control of the window.
+#[derive(Debug)]
+struct Control {
+    role: Role,
+    name: String,
+    /// Its place among those of this role and name.
+    place: usize,
+}
+
+fn controls(harness: &Harness<'_, App>) -> Vec<Control> {
+    let mut found: Vec<Control> = Vec::new();
     for node in harness.query_all_by(|node| CONTROLS.contains(&node.role())) {
         let node = node.accesskit_node();
         let (role, name) = (node.role(), node.label().unwrap_or_default());
-        let same = found.iter().filter(|(other, named, _)| *other == role && *named == name).count();
-        found.push((role, name, same));
+        let place = found.iter().filter(|other| other.role == role && other.name == name).count();
+        found.push(Control { role, name, place });
     }
     found
 }
 
-fn rect_of(harness: &Harness<'_, App>, (role, name, place): &(Role, String, usize)) -> Option<Rect> {
+fn rect_of(harness: &Harness<'_, App>, control: &Control) -> Option<Rect> {
+    let Control { role, name, .. } = control;
     let mut all = harness.query_all_by(|node| node.role() == *role && node.label().unwrap_or_default() == *name);
-    all.nth(*place).map(|node| node.rect())
+    all.nth(control.place).map(|node| node.rect())
 }
 
 fn picture(harness: &Harness<'_, App>) -> Rect {
@@ -74,7 +83,7 @@ fn every_control_is_on_screen_or_can_be_scrolled_there() {
         let all = controls(&harness);
         counts.push(all.len());
         for control in &all {
-            let (role, name, place) = control;
+            let Control { role, name, place } = control;
             let mut all =
                 harness.query_all_by(|node| node.role() == *role && node.label().unwrap_or_default() == *name);
             let Some(node) = all.nth(*place) else { continue };

@@ -1,5 +1,6 @@
 //! Clay: what is pressed into it stays without the edit keeping it, in local regions and whole bodies, and can be taken back.
 
+use pliant_editor::SurfacePoint;
 use pliant_engine::session::{EventKind, Session};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::models;
@@ -12,7 +13,7 @@ const SIZE: f64 = 0.1;
 const PRESS: f64 = 0.004;
 
 /// A scene in which a ball of 8 mm presses a place along its normal from 0.05 s on, and is away again at 0.35 s.
-fn scene(level: u32, region: &str, yield_strain: f64, (at, normal): (Vec3, Vec3)) -> String {
+fn scene(level: u32, region: &str, yield_strain: f64, SurfacePoint { point: at, normal }: SurfacePoint) -> String {
     let row = |(time, height): (f64, f64)| {
         let p = at + height * normal;
         format!("[{time}, {}, {}, {}]", p.x, p.y, p.z)
@@ -55,13 +56,13 @@ fn scene(level: u32, region: &str, yield_strain: f64, (at, normal): (Vec3, Vec3)
 }
 
 /// The place of a model that is highest, and the normal there, m, with the model as large as the scene makes it.
-fn top(bench: &Bench) -> (Vec3, Vec3) {
+fn top(bench: &Bench) -> SurfacePoint {
     let document = ObjDocument::parse(bench.read("model.obj"), &bench.path("model.obj")).expect("an OBJ");
     let surface = Surface::from_document(&document);
     let Bounds { min, max } = surface.bounds();
     let (scale, centre) = (SIZE / (max - min).max(), min.lerp(&max, 0.5));
     let highest = surface.points.iter().max_by(|a, b| a.z.total_cmp(&b.z)).expect("a vertex");
-    (scale * (highest - centre), Vec3::z())
+    SurfacePoint { point: scale * (highest - centre), normal: Vec3::z() }
 }
 
 fn run(session: &mut Session, seconds: f64) {

@@ -200,8 +200,8 @@ fn cube_with_a_speck(half: f64) -> String {
     text
 }
 
-/// Displacement of a hand that grabs the middle of a large cube, over its force, m/N.
-fn point_compliance(level: u32, radius: f64, (young, poisson, half): (f64, f64, f64)) -> f64 {
+/// Displacement of a hand that grabs the middle of a large cube with edges of twice `half` (m), over its force, m/N.
+fn point_compliance(level: u32, radius: f64, young: f64, poisson: f64, half: f64) -> f64 {
     let bench = Bench::new();
     bench.write("cube.obj", cube_with_a_speck(half));
     let wall = |axis: usize, low: bool| {
@@ -227,14 +227,14 @@ fn point_compliance(level: u32, radius: f64, (young, poisson, half): (f64, f64, 
 
 #[test]
 fn the_force_of_a_grab_tends_to_that_of_a_regularised_point_load() {
-    let body @ (young, poisson, _) = (20e3, 0.3, 0.08);
+    let (young, poisson, half) = (20e3, 0.3, 0.08);
     let radii = [0.03, 0.05];
     // A fixed wall far away takes the same off both; what is left is Kelvin's solution between two spread loads.
     let shear = young / (2.0 * (1.0 + poisson));
     let a = 1.0 / (4.0 * PI * shear);
     let b = a / (4.0 * (1.0 - poisson));
     let exact = (a - b + b / 3.0) * mean_inverse_distance() * (1.0 / radii[0] - 1.0 / radii[1]);
-    let found = [4, 5].map(|level| radii.map(|radius| point_compliance(level, radius, body)));
+    let found = [4, 5].map(|level| radii.map(|radius| point_compliance(level, radius, young, poisson, half)));
     let errors = found.map(|c| (c[0] - c[1]) / exact - 1.0);
     println!("difference of two radii over Kelvin's - 1: {errors:?} at 1.5 and 3 cells in the smaller radius");
     falls(&errors.map(f64::abs), 0.4, "point load");

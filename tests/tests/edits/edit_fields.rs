@@ -1,5 +1,6 @@
 //! The displacement that each edit makes is smooth, turns no triangle over and leaves alone what is far from it: on generated solids and sheets, and on the shared models.
 
+use pliant_editor::SurfacePoint;
 use pliant_engine::edit::KINDS;
 use pliant_engine::session::{EventKind, Session};
 use pliant_mesh::geometry::Vec3;
@@ -28,7 +29,14 @@ fn keys_of(kind: &str) -> (String, f64) {
 }
 
 /// A scene in which a hand goes to a place on a model and acts for 0.2 s.
-fn scene(body: &str, (at, normal): (Vec3, Vec3), kind: &str, keys: &str, depth: f64, stiffness: f64) -> String {
+fn scene(
+    body: &str,
+    SurfacePoint { point: at, normal }: SurfacePoint,
+    kind: &str,
+    keys: &str,
+    depth: f64,
+    stiffness: f64,
+) -> String {
     let row = |time: f64, height: f64| {
         let p = at + height * normal;
         format!("[{time}, {}, {}, {}]", p.x, p.y, p.z)
@@ -101,13 +109,13 @@ impl Field {
 }
 
 /// A place on a model, fitted to `SIZE` about the origin, and the normal there.
-fn place(document: &ObjDocument, triangle: usize) -> (Vec3, Vec3) {
+fn place(document: &ObjDocument, triangle: usize) -> SurfacePoint {
     let surface = Surface::from_document(document);
     let Bounds { min, max } = surface.bounds();
     let (scale, centre) = (SIZE / (max - min).max(), min.lerp(&max, 0.5));
     let corners = surface.triangles[triangle % surface.triangles.len()];
     let at = corners.map(|v| scale * (surface.points[v as usize] - centre));
-    (at.iter().sum::<Vec3>() / 3.0, (at[1] - at[0]).cross(&(at[2] - at[0])).normalize())
+    SurfacePoint { point: at.iter().sum::<Vec3>() / 3.0, normal: (at[1] - at[0]).cross(&(at[2] - at[0])).normalize() }
 }
 
 fn solid(name: &str) -> String {
@@ -122,14 +130,7 @@ fn kinds() -> impl Iterator<Item = &'static str> {
 }
 
 /// Makes an edit, and checks what it has done. Returns the jump over the falloff's.
-fn check(
-    bench: &Bench,
-    body: &str,
-    spot: (Vec3, Vec3),
-    kind: &str,
-    (pressure, stiffness): (&str, f64),
-    what: &str,
-) -> f64 {
+fn check(bench: &Bench, body: &str, spot: SurfacePoint, kind: &str, pressure: &str, stiffness: f64, what: &str) -> f64 {
     let (keys, depth) = keys_of(kind);
     let keys = keys.replace("PRESSURE", pressure);
     let text = scene(body, spot, kind, &keys, depth, stiffness);
@@ -137,7 +138,7 @@ fn check(
     for _ in 0..100 {
         session.step();
     }
-    let what = format!("{kind} on {what} at {:.3?}", spot.0.as_slice());
+    let what = format!("{kind} on {what} at {:.3?}", spot.point.as_slice());
     assert_eq!(session.events.count(EventKind::Quarantine), 0, "{what}: {:?}", session.events.described());
     let field = Field::of(&mut session, kind);
     let holds = matches!(kind, "pin" | "unpin" | "paint" | "stitch");
@@ -147,7 +148,7 @@ fn check(
     if session.bodies[0].discretization.lattice().is_some() {
         // Ten cells around the contact, the radius of the edit, and what the hand moves; two cells for the border.
         let reach = 12.0 * CELL + RADIUS + 0.012;
-        let far = field.before.iter().zip(&field.moved).filter(|(p, _)| (*p - spot.0).norm() > reach);
+        let far = field.before.iter().zip(&field.moved).filter(|(p, _)| (*p - spot.point).norm() > reach);
         for (p, u) in far {
             assert!(*u == Vec3::zeros(), "{what}: {p:?} is far away and moved by {u:?}");
         }
@@ -163,7 +164,7 @@ fn every_edit_of_a_generated_solid_is_smooth_and_local() {
         bench.write("model.obj", &model.text);
         for (k, kind) in kinds().enumerate() {
             let spot = place(&model.document(), 53 + 97 * i + 29 * k);
-            worst = worst.max(check(&bench, &solid("model.obj"), spot, kind, ("\"500 Pa\"", 500.0), &model.name));
+            worst = worst.max(check(&bench, &solid("model.obj"), spot, kind, "\"500 Pa\"", 500.0, &model.name));
         }
     }
     println!("at most {worst:.2} times the falloff's");
@@ -186,9 +187,10 @@ fn every_edit_of_a_generated_sheet_is_smooth() {
             worst = worst.max(check(
                 &bench,
                 &body,
-                (at, Vec3::z()),
+                SurfacePoint { point: at, normal: Vec3::z() },
                 kind,
-                ("\"20 Pa\"", 100.0),
+                "\"20 Pa\"",
+                100.0,
                 &format!("{pattern} {cells}"),
             ));
         }
@@ -208,7 +210,7 @@ fn every_edit_of_the_shared_models_is_smooth_and_local() {
         for (k, kind) in kinds().enumerate() {
             let spot = place(&document, count / 3 + 97 * k);
             let body = solid(name);
-            let checked = std::panic::catch_unwind(|| check(&bench, &body, spot, kind, ("\"500 Pa\"", 500.0), name));
+            let checked = std::panic::catch_unwind(|| check(&bench, &body, spot, kind, "\"500 Pa\"", 500.0, name));
             failed.extend(checked.is_err().then(|| format!("{kind} on {name}")));
         }
     }

@@ -1,5 +1,6 @@
 //! The palette of edits: what each does to solids and sheets, what it leaves alone, and how it is taken back.
 
+use pliant_editor::SurfacePoint;
 use pliant_engine::edit::Falloff;
 use pliant_engine::session::{EventKind, HistoryCounts, Session, SessionCommand};
 use pliant_mesh::geometry::Vec3;
@@ -33,16 +34,22 @@ fn run(session: &mut Session, seconds: f64) {
 }
 
 /// A place on a model and the normal there, m, with the model as large as a scene makes it.
-fn place(document: &ObjDocument, vertex: usize) -> (Vec3, Vec3) {
+fn place(document: &ObjDocument, vertex: usize) -> SurfacePoint {
     let surface = Surface::from_document(document);
     let Bounds { min, max } = surface.bounds();
     let (scale, centre) = (SIZE / (max - min).max(), min.lerp(&max, 0.5));
     let at = surface.triangles[vertex % surface.triangles.len()].map(|v| scale * (surface.points[v as usize] - centre));
-    (at.iter().sum::<Vec3>() / 3.0, (at[1] - at[0]).cross(&(at[2] - at[0])).normalize())
+    SurfacePoint { point: at.iter().sum::<Vec3>() / 3.0, normal: (at[1] - at[0]).cross(&(at[2] - at[0])).normalize() }
 }
 
 /// A scene in which a hand of radius 5 mm stands over a place, goes through `way` (s, m along the normal) and lets go at 0.25 s.
-fn scene(body: &str, (at, normal): (Vec3, Vec3), way: &[(f64, f64)], kind: &str, keys: &str) -> String {
+fn scene(
+    body: &str,
+    SurfacePoint { point: at, normal }: SurfacePoint,
+    way: &[(f64, f64)],
+    kind: &str,
+    keys: &str,
+) -> String {
     let row = |&(time, height): &(f64, f64)| {
         let p = at + height * normal;
         format!("[{time}, {}, {}, {}]", p.x, p.y, p.z)
@@ -74,7 +81,7 @@ fn scene(body: &str, (at, normal): (Vec3, Vec3), way: &[(f64, f64)], kind: &str,
 }
 
 /// A place on the flank of the elephant in `model.obj`: the triangle of large x near the middle.
-fn flank(bench: &Bench) -> (Vec3, Vec3) {
+fn flank(bench: &Bench) -> SurfacePoint {
     let model = ObjDocument::parse(bench.read("model.obj"), &bench.path("model.obj")).expect("an OBJ");
     let surface = Surface::from_document(&model);
     let Bounds { min, max } = surface.bounds();
@@ -133,7 +140,7 @@ fn every_edit_on_generated_solids_leaves_the_rest_alone_turns_no_triangle_and_is
             let spot = place(&model.document(), 37 + 101 * i + 13 * k);
             let mut session = opened(&bench, &scene(SOLID, spot, &way(kind), kind, keys));
             run(&mut session, 0.24);
-            let what = format!("{kind} on {} at {:?}", model.name, spot.0);
+            let what = format!("{kind} on {} at {:?}", model.name, spot.point);
             assert_eq!(session.events.count(EventKind::Quarantine), 0, "{what}: {:?}", session.events.described());
             let (before, after) = surfaces(&mut session);
             let most = before.iter().zip(&after).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max);
@@ -141,8 +148,8 @@ fn every_edit_on_generated_solids_leaves_the_rest_alone_turns_no_triangle_and_is
             assert_eq!(inverted(&session, &before, &after), 0, "{what}");
             // The region: ten cells around the contact, and the radius of the edit; two cells for its border.
             let reach = 12.0 * CELL + 0.015 + 0.012;
-            for (a, b) in before.iter().zip(&after).filter(|(a, _)| (*a - spot.0).norm() > reach) {
-                assert!(a == b, "{what}: {a:?} is {} m away and moved to {b:?}", (a - spot.0).norm());
+            for (a, b) in before.iter().zip(&after).filter(|(a, _)| (*a - spot.point).norm() > reach) {
+                assert!(a == b, "{what}: {a:?} is {} m away and moved to {b:?}", (a - spot.point).norm());
             }
             run(&mut session, 0.03);
             let kept = surfaces(&mut session).1;
@@ -166,7 +173,7 @@ fn a_grab_moves_the_surface_smoothly_at_every_level() {
              material = {{ plugin = \"mass-spring\", params = {{ young = \"10 kPa\", damping-time = \"0.5 ms\" }} }}"
         )
     };
-    let spot = (Vec3::new(0.0, 0.0, 0.05), Vec3::z());
+    let spot = SurfacePoint { point: Vec3::new(0.0, 0.0, 0.05), normal: Vec3::z() };
     let mut reached = Vec::new();
     for level in [5, 6, 7] {
         let bench = Bench::new();
@@ -255,7 +262,7 @@ fn inflating_a_thin_sphere_stretches_it_as_laplace_says() {
         "shape = {{ kind = \"sphere\", cells = 24, size = [0.1, 0.1, 0.1] }}\nsheet = {{}}\nmaterial = {{ plugin = \"cloth\", params = \
          {{ young-warp = {young}, young-weft = {young}, poisson = {poisson}, damping-time = \"5 ms\" }} }}"
     );
-    let spot = (Vec3::new(0.0, 0.0, radius), Vec3::z());
+    let spot = SurfacePoint { point: Vec3::new(0.0, 0.0, radius), normal: Vec3::z() };
     let keys = format!("strength = {pressure}\nfalloff = \"constant\"");
     let text = scene(&body, spot, &[(0.0, 0.0), (1.0, 0.0)], "inflate", &keys).replace("15 mm", "1 m");
     let text = text
@@ -322,8 +329,8 @@ fn edits_do_what_they_are_called() {
         run(&mut session, 0.6);
         let (before, after) = surfaces(&mut session);
         grown.insert(kind, volume(&session, &after) - volume(&session, &before));
-        let height = |p: &Vec3| (p - spot.0).dot(&spot.1);
-        let near: Vec<usize> = (0..before.len()).filter(|v| (before[*v] - spot.0).norm() < 0.008).collect();
+        let height = |p: &Vec3| (p - spot.point).dot(&spot.normal);
+        let near: Vec<usize> = (0..before.len()).filter(|v| (before[*v] - spot.point).norm() < 0.008).collect();
         let spread = |points: &[Vec3]| {
             let mean = near.iter().map(|v| height(&points[*v])).sum::<f64>() / near.len() as f64;
             near.iter().map(|v| (height(&points[*v]) - mean).powi(2)).sum::<f64>().sqrt()
@@ -347,7 +354,7 @@ fn edits_do_what_they_are_called() {
 fn a_hand_that_asks_for_more_force_than_its_device_gives_is_told() {
     let bench = Bench::new();
     let body = "shape = { kind = \"box\", cells = 12, size = [0.04, 0.04, 0.04] }\nmaterial = { plugin = \"mass-spring\" }\ngrid = { level = 5 }";
-    let spot = (Vec3::new(0.0, 0.0, 0.02), Vec3::z());
+    let spot = SurfacePoint { point: Vec3::new(0.0, 0.0, 0.02), normal: Vec3::z() };
     let text = scene(body, spot, &way("grab"), "grab", "").replace("50 N\"", "0.1 N\"");
     bench.write("scene.toml", text);
     bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
@@ -362,7 +369,7 @@ fn an_edit_is_recorded_and_replayed_to_the_bit() {
     let bench = Bench::new();
     for (kind, keys) in [("grab", "symmetry = \"x\""), ("smooth", "symmetry = \"xy\""), ("inflate", "")] {
         let body = "shape = { kind = \"sphere\", cells = 16, size = [0.04, 0.04, 0.04] }\nmaterial = { plugin = \"mass-spring\" }\ngrid = { level = 5 }";
-        let spot = (Vec3::new(0.0120, 0.0, 0.0160), Vec3::new(0.6, 0.0, 0.8));
+        let spot = SurfacePoint { point: Vec3::new(0.0120, 0.0, 0.0160), normal: Vec3::new(0.6, 0.0, 0.8) };
         let text = scene(body, spot, &way(kind), kind, keys).replace("\"1 s\"", "\"0.3 s\"");
         bench.write("scene.toml", text);
         bench.pliant(&["run", "scene.toml", "-q", "--out", "out", "--record", "a.rec"]).expect(0);
@@ -375,7 +382,7 @@ fn keys_that_a_kind_does_not_read_and_odd_values_are_refused() {
     let bench = Bench::new();
     let body =
         "shape = { kind = \"box\", cells = 4, size = [0.04, 0.04, 0.04] }\nmaterial = { plugin = \"mass-spring\" }";
-    let spot = (Vec3::new(0.0, 0.0, 0.02), Vec3::z());
+    let spot = SurfacePoint { point: Vec3::new(0.0, 0.0, 0.02), normal: Vec3::z() };
     for (kind, keys, parts) in [
         ("touch", "", ["edit kind `touch` does not read `radius`", "none of these keys"]),
         ("grab", "strength = 3", ["edit kind `grab` does not read `strength`", "`radius`, `falloff`, `limit`"]),
@@ -396,7 +403,7 @@ fn edits_work_on_sheets() {
                 young-warp = 300, young-weft = 300, poisson = 0.2, damping-time = \"5 ms\" } }\n[[body.fixed]]\nbox = [[-1, -1, -1], [1, -0.049, 1]]\n\
                 [[body.fixed]]\nbox = [[-1, 0.049, -1], [1, 1, 1]]";
     for (kind, keys) in KINDS {
-        let spot = (Vec3::zeros(), Vec3::z());
+        let spot = SurfacePoint { point: Vec3::zeros(), normal: Vec3::z() };
         let text = scene(body, spot, &way(kind), kind, &keys.replace("1 kPa", "20 Pa"));
         let text = text.replace("duration = \"1 s\"", "duration = \"1 s\"\nintegrator = \"backward-euler\"");
         let mut session = opened(&bench, &text.replace("500 N/m", "100 N/m"));

@@ -1,6 +1,7 @@
 //! Edits with `symmetry`: a model that is symmetric stays so, to the bit in planes normal to axes and to rounding in others, whatever the edit.
 
 use nalgebra::{Rotation3, Unit};
+use pliant_editor::SurfacePoint;
 use pliant_engine::session::{EventKind, Session};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::Random;
@@ -119,7 +120,14 @@ impl Placed {
     }
 }
 
-fn scene(body: &str, (at, normal): (Vec3, Vec3), (kind, keys, depth): (&str, &str, f64), symmetry: &str) -> String {
+fn scene(
+    body: &str,
+    SurfacePoint { point: at, normal }: SurfacePoint,
+    kind: &str,
+    keys: &str,
+    depth: f64,
+    symmetry: &str,
+) -> String {
     let row = |time: f64, height: f64| {
         let p = at + height * normal;
         format!("[{time}, {}, {}, {}]", p.x, p.y, p.z)
@@ -211,9 +219,9 @@ fn every_edit_keeps_a_symmetric_model_symmetric_in_its_own_plane() {
                 String::new()
             };
             let body = format!("{}\n{}{fixed}", if is_sheet { SHEET } else { SOLID }, placed.keys);
-            let hand = (placed.point(points[spot]), placed.rotation * normal);
+            let hand = SurfacePoint { point: placed.point(points[spot]), normal: placed.rotation * normal };
             let mut session =
-                open_file(&bench.write("scene.toml", scene(&body, hand, (kind, keys, depth), &symmetry)), 1, None);
+                open_file(&bench.write("scene.toml", scene(&body, hand, kind, keys, depth, &symmetry)), 1, None);
             let what = format!("{kind} of a {} in {way}", if is_sheet { "sheet" } else { "solid" });
             assert_eq!(session.events.count(EventKind::Model), 0, "{what}: {:?}", session.events.described());
             let [apart, most, force, differs] = asymmetry(&mut session, &points, &placed);
@@ -241,7 +249,9 @@ fn planes_that_are_none_are_refused() {
         ("{ point = [0, 0, 0] }", ["{ own = \"x\" }", "normal = [1, 0, 0]"]),
         ("3", ["{ own = \"x\" }", "axes such as"]),
     ] {
-        bench.write("scene.toml", scene(SHEET, (Vec3::zeros(), Vec3::z()), KINDS[0], symmetry));
+        let (kind, keys, depth) = KINDS[0];
+        let place = SurfacePoint { point: Vec3::zeros(), normal: Vec3::z() };
+        bench.write("scene.toml", scene(SHEET, place, kind, keys, depth, symmetry));
         bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(2).says(&parts);
     }
 }

@@ -1,5 +1,6 @@
 //! Paint over the surface: a layer under the side that faces the tool, on solids and sheets, and how a painted body feels.
 
+use pliant_editor::SurfacePoint;
 use pliant_engine::body::{Body, Lattice};
 use pliant_engine::session::Session;
 use pliant_mesh::Surface;
@@ -12,7 +13,7 @@ use std::collections::BTreeSet;
 const FACTOR: f64 = 4.0;
 
 /// A scene with one stroke of paint that stands where the surface has this place (m) and normal.
-fn scene(body: &str, (at, normal): (Vec3, Vec3), radius: f64, depth: &str) -> String {
+fn scene(body: &str, SurfacePoint { point: at, normal }: SurfacePoint, radius: f64, depth: &str) -> String {
     let row = |time: f64, height: f64| {
         let p = at + height * normal;
         format!("[{time}, {}, {}, {}]", p.x, p.y, p.z)
@@ -64,7 +65,8 @@ fn a_layer_of_a_plate_is_as_thick_as_asked_and_leaves_the_other_side() {
                  material = {{ plugin = \"corotational\" }}\n[[body.fixed]]\nbox = [[-1, -1, -1], [1, 1, 1]]"
             );
             let radius = 0.016;
-            let mut session = open(&scene(&body, (Vec3::new(0.001, 0.002, TOP), Vec3::z()), radius, depth), 1);
+            let place = SurfacePoint { point: Vec3::new(0.001, 0.002, TOP), normal: Vec3::z() };
+            let mut session = open(&scene(&body, place, radius, depth), 1);
             run(&mut session, 0.06);
             let body = &session.bodies[0];
             let (found, lattice, edge) = (painted(body), lattice(body), lattice(body).edge());
@@ -128,7 +130,7 @@ fn a_stroke_over_the_surface_of_any_model_leaves_the_other_side_and_the_depth() 
             let triangle = surface.triangles[(37 + 91 * i + 173 * k) % surface.triangles.len()];
             let corners = triangle.map(|v| scale * (surface.points[v as usize] - bounds.centre()));
             let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize();
-            let place = (corners.iter().sum::<Vec3>() / 3.0, normal);
+            let place = SurfacePoint { point: corners.iter().sum::<Vec3>() / 3.0, normal };
             let body = format!(
                 "mesh = \"model.obj\"\nsize = 0.1\nmaterial = {{ plugin = \"mass-spring\" }}\ngrid = {{ level = {level}, radius = 0.002 }}\n\
                  [[body.fixed]]\nbox = [[-1, -1, -1], [1, 1, 1]]"
@@ -213,7 +215,7 @@ fn a_stroke_over_a_folded_sheet_leaves_the_other_arm() {
         let bench = Bench::new();
         bench.write("fold.obj", hairpin(flipped));
         let body = "mesh = \"fold.obj\"\nsheet = {}\nmaterial = { plugin = \"cloth\" }\n[[body.fixed]]\nbox = [[-1, -1, -1], [1, 1, 1]]";
-        let place = (Vec3::new(0.004, 0.0, 0.003), Vec3::z());
+        let place = SurfacePoint { point: Vec3::new(0.004, 0.0, 0.003), normal: Vec3::z() };
         for depth in ["\"surface\"", "\"1 mm\"", "\"through\""] {
             let mut session = open_file(&bench.write("scene.toml", scene(body, place, 0.012, depth)), 1, None);
             run(&mut session, 0.06);

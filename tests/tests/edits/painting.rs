@@ -1,5 +1,6 @@
 //! Pins and parameters painted by strokes: against fields of a scene, over materials, levels and integrators, with undo, cuts and replay.
 
+use pliant_editor::SurfacePoint;
 use pliant_engine::session::{EventKind, HistoryCounts, Session};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::models;
@@ -65,7 +66,13 @@ fn a_painted_half_of_a_bar_is_the_half_of_a_box_field() {
 }
 
 /// A stroke over a model of 0.1 m: the hand stands over a place, presses it for the `first` edit, then does a `second` one beside it.
-fn strokes(body: &str, time: &str, (at, normal): (Vec3, Vec3), first: &str, second: &str) -> String {
+fn strokes(
+    body: &str,
+    time: &str,
+    SurfacePoint { point: at, normal }: SurfacePoint,
+    first: &str,
+    second: &str,
+) -> String {
     let beside = normal.cross(&Vec3::new(0.3, 0.5, 0.8)).normalize() * 0.02;
     let rows = [(0.0, 0.006, 0.0), (0.04, 0.0035, 0.0), (0.1, 0.0035, 0.0), (0.12, 0.006, 0.5), (0.2, 0.0, 1.0)];
     let path = rows.map(|(time, height, share)| {
@@ -81,12 +88,15 @@ fn strokes(body: &str, time: &str, (at, normal): (Vec3, Vec3), first: &str, seco
 }
 
 /// A place on the surface of a model scaled to 0.1 m about the origin, and its normal.
-fn place(surface: &pliant_mesh::Surface, triangle: usize) -> (Vec3, Vec3) {
+fn place(surface: &pliant_mesh::Surface, triangle: usize) -> SurfacePoint {
     let bounds = surface.bounds();
     let scale = 0.1 / bounds.longest_edge();
     let corners = surface.triangles[triangle % surface.triangles.len()]
         .map(|v| scale * (surface.points[v as usize] - bounds.centre()));
-    (corners.iter().sum::<Vec3>() / 3.0, (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize())
+    SurfacePoint {
+        point: corners.iter().sum::<Vec3>() / 3.0,
+        normal: (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize(),
+    }
 }
 
 fn surface(session: &mut Session) -> Vec<Vec3> {
@@ -255,7 +265,7 @@ fn a_stroke_is_one_undo_and_comes_back_to_the_bit() {
     for body in [solid, sheet] {
         for kind in kinds {
             let kind = if body == sheet { kind.replace("density", "thickness") } else { kind.to_owned() };
-            let spot = (Vec3::new(0.0, 0.0, 0.05), Vec3::z());
+            let spot = SurfacePoint { point: Vec3::new(0.0, 0.0, 0.05), normal: Vec3::z() };
             let text = strokes(body, "integrator = \"backward-euler\"", spot, &kind, "kind = \"unpin\"");
             let mut session = open(&text, 1);
             session.keep_history();
@@ -364,7 +374,8 @@ fn mirrored_hands_pin_mirrored_vertices() {
     let body = "shape = { kind = \"sphere\", cells = 24, size = [0.1, 0.1, 0.1] }\ngrid = { level = 5 }\nmaterial = { plugin = \"mass-spring\" }";
     let at = Vec3::new(0.3, 0.2, 0.4).normalize();
     let pin = "kind = \"pin\"\nradius = \"12 mm\"\nsymmetry = \"x\"";
-    let mut session = open(&strokes(body, "", (0.05 * at, at), pin, "kind = \"touch\""), 1);
+    let place = SurfacePoint { point: 0.05 * at, normal: at };
+    let mut session = open(&strokes(body, "", place, pin, "kind = \"touch\""), 1);
     run(&mut session, 0.1);
     let held = pinned(&session);
     let points = &session.bodies[0].model.surface.points;
