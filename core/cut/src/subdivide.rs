@@ -148,8 +148,8 @@ impl Split {
                 let from_start = if upward { t } else { 1.0 - t };
                 let mut weights = Vec3::zeros();
                 (weights[corner], weights[next]) = (1.0 - from_start, from_start);
-                let key = ([a.min(b), a.max(b)], node);
-                let vertex = self.vertex(mesh, trace, key, Origin::Edge { ends, t });
+                let edge = [a.min(b), a.max(b)];
+                let vertex = self.vertex(mesh, trace, edge, node, Origin::Edge { ends, t });
                 outline.push(Item { vertex, node, weights, rows: self.rows(mesh, rows, t, node), sides: 1 << corner });
             }
         }
@@ -176,7 +176,7 @@ impl Split {
             let Location::Face(between, t) = trace.nodes[node as usize].place else { return Err(unclear) };
             let [low, high] = if between[0] == run.ends[0] { ends } else { [ends[1], ends[0]] };
             let weights = low.weights + t * (high.weights - low.weights);
-            let vertex = self.vertex(mesh, trace, ([triangle, NONE], node), Origin::Face { corners, weights });
+            let vertex = self.vertex(mesh, trace, [triangle, NONE], node, Origin::Face { corners, weights });
             line.push(Item {
                 vertex,
                 node,
@@ -197,9 +197,10 @@ impl Split {
         Ok(vec![outline, second])
     }
 
-    fn vertex(&mut self, mesh: &mut CutMesh, trace: &Trace, key: ([u32; 2], u32), origin: Origin) -> u32 {
-        let node = key.1;
-        let vertex = *self.vertex.entry(key).or_insert_with(|| mesh.add_vertex(trace.nodes[node as usize].x, origin));
+    /// The vertex of a node of the trace at a site, which is an edge by its ends, ascending, or a triangle and `NONE`; it is added where there is none yet.
+    fn vertex(&mut self, mesh: &mut CutMesh, trace: &Trace, site: [u32; 2], node: u32, origin: Origin) -> u32 {
+        let vertex =
+            *self.vertex.entry((site, node)).or_insert_with(|| mesh.add_vertex(trace.nodes[node as usize].x, origin));
         self.node.insert(vertex, node);
         vertex
     }

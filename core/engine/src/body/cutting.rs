@@ -124,7 +124,7 @@ impl Body {
         let edge = lattice.edge();
         let side = |vertex: u32| side_point(mesh, model, vertex, true, edge);
         let neighbours = |vertex: u32| neighbours(model, vertex);
-        let cells = lattice.heal(&parted.near, (point, radius), side, neighbours, &mut system.nodes)?;
+        let cells = lattice.heal(&parted.near, point, radius, side, neighbours, &mut system.nodes)?;
         if cells.is_empty() {
             return Ok(Stitched { has_joined: false, apart: parted.apart });
         }

@@ -68,7 +68,8 @@ impl Lattice {
     pub(in crate::body) fn heal(
         &mut self,
         cells: &[u64],
-        (centre, radius): (Vec3, f64),
+        centre: Vec3,
+        radius: f64,
         side: impl Fn(u32) -> Vec3,
         neighbours: impl Fn(u32) -> Vec<u32>,
         nodes: &mut Nodes,

@@ -4,7 +4,7 @@
 //! not: the drawn area is then swept with a small bend, and no neck is left. Where even that is refused at the end of the cut, a new stroke begins
 //! behind it on one side and goes through it to the other, so that both cuts are one.
 
-use super::body_stroke::{midpoint_displacement, travel};
+use super::body_stroke::{BodyStroke, midpoint_displacement, travel};
 use super::sweep::Swept;
 use crate::body::{Body, LatticeError};
 use pliant_cut::{Advance, Blade, Refusal, Refused, Stroke};
@@ -79,14 +79,13 @@ const BEHIND: f64 = 0.2;
 /// Distance from the last advance, in strides, from which a refused cut is begun again at the present position.
 const RESTART_STRIDES: f64 = 4.0;
 
-/// Cuts a solid to the blade `to` on another way than the straight one, which was refused. The stroke is given with the blade before its last
-/// advance; `stride` is in m. Returns how it came any farther; the stroke ends where it came to.
+/// Cuts a solid to the blade `to` on another way than the straight one, which was refused. `stride` is in m. Returns how it came any farther; the stroke ends where it came to.
 ///
 /// # Errors
 /// Returns the error of the grid or material plugin.
 pub fn go_around(
     body: &mut Body,
-    (stroke, previous): (&mut Stroke, &mut Option<Blade>),
+    stroke: &mut BodyStroke,
     to: &Blade,
     stride: f64,
     swept: &mut Swept,
@@ -97,10 +96,10 @@ pub fn go_around(
     }
     let mut trials = MAX_TRIALS;
     for _ in 0..MAX_DETOURS {
-        if stroke.blade() == *to {
+        if stroke.stroke.blade() == *to {
             break;
         }
-        match bend(body, (stroke, previous), to, stride, (swept, &mut trials))? {
+        match bend(body, stroke, to, stride, swept, &mut trials)? {
             Detoured::Nowhere => break,
             Detoured::Onward if all == Detoured::Through => {}
             detoured => all = detoured,
@@ -112,27 +111,28 @@ pub fn go_around(
 /// Makes the first detour that the mesh allows within the `trials` left, and goes on to `to` if it allows that too.
 fn bend(
     body: &mut Body,
-    (stroke, previous): (&mut Stroke, &mut Option<Blade>),
+    stroke: &mut BodyStroke,
     to: &Blade,
     stride: f64,
-    (swept, trials): (&mut Swept, &mut usize),
+    swept: &mut Swept,
+    trials: &mut usize,
 ) -> Result<Detoured, LatticeError> {
-    let from = stroke.blade();
-    let detours = detours(previous.as_ref(), &from, to, stride);
+    let from = stroke.stroke.blade();
+    let detours = detours(stroke.previous.as_ref(), &from, to, stride);
     for Detour { start, via } in detours {
         if *trials == 0 {
             break;
         }
         *trials -= 1;
         let Some(mesh) = &mut body.cut else { return Ok(Detoured::Nowhere) };
-        let Ok(mut trial) = start.map_or_else(|| Ok(stroke.clone()), Stroke::begin) else { continue };
+        let Ok(mut trial) = start.map_or_else(|| Ok(stroke.stroke.clone()), Stroke::begin) else { continue };
         let Ok(advance) = mesh.advance_without_bridges(&mut trial, via) else { continue };
-        (*stroke, *previous) = (trial, Some(start.unwrap_or(from)));
+        (stroke.stroke, stroke.previous) = (trial, Some(start.unwrap_or(from)));
         let detoured = if start.is_some() { Detoured::Through } else { Detoured::Onward };
         swept.take(body, &advance)?;
         let Some(mesh) = &mut body.cut else { return Ok(detoured) };
-        if let Ok(advance) = mesh.advance_without_bridges(stroke, *to) {
-            *previous = Some(via);
+        if let Ok(advance) = mesh.advance_without_bridges(&mut stroke.stroke, *to) {
+            stroke.previous = Some(via);
             swept.take(body, &advance)?;
         }
         return Ok(detoured);

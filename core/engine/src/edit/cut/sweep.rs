@@ -206,8 +206,7 @@ impl BodyStroke {
         // The parts are counted once in a stroke: it takes a look at the whole surface.
         let parts = self.bridge.map_or_else(|| count_parts(body), |bridge| bridge.parts);
         let bridge = Bridge { place: midpoint(&before), width: to.stride, parts };
-        let ends = (&mut self.stroke, &mut self.previous);
-        match go_around(body, ends, &to.blade, to.stride, swept).map_err(AdvanceError::Failed)? {
+        match go_around(body, self, &to.blade, to.stride, swept).map_err(AdvanceError::Failed)? {
             Detoured::Onward => return Ok(()),
             Detoured::Through => {}
             Detoured::Nowhere => match force(body, &mut self.stroke, &to.blade, to.stride, to.heading) {
