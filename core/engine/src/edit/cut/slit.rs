@@ -48,8 +48,12 @@ pub struct Slit {
 /// thinner are no use to a lattice. In a cut of its own it goes on: lines that cross at more than 0.2 rad are left to the mesh.
 const LIMITS: [[f64; 2]; 3] = [[0.4, 0.0], [0.3, 0.9], [0.1, 0.98]];
 /// Distance from a wall's triangles, along them, up to which a point is beside them and not beyond the end of the cut, in cell edges:
-/// walls have small triangles that are askew. Where a wall ends at the surface of the model nothing is left beyond it.
+/// walls have small triangles that are askew.
 const BESIDE: f64 = 0.02;
+/// The same distance where an earlier cut ends at the surface of the model, and what is added to it per height above the walls: the surface is slanted by up to 72 degrees.
+const BESIDE_AT_SKIN: f64 = 0.15;
+/// See [`BESIDE_AT_SKIN`].
+const STEEPEST: f64 = 3.0;
 /// Distance between points of the blade, in cell edges.
 const SPACING: f64 = 0.5;
 /// Number of points along and across the gap between two cuts that meet head on, each way.
@@ -66,14 +70,25 @@ impl Surroundings {
         let Some(strip_normal) = along.cross(&midpoint_displacement(from, to)).try_normalize(0.0) else {
             return Self::Material;
         };
+        // What is just ahead of the end of a cut of its own is beside the walls of that.
+        let cuts = matches!(origin, Origin::Material);
+        if cuts && midpoint_displacement(from, to).norm() <= 2.0 * BESIDE * edge {
+            return Self::Material;
+        }
         let count = ((along.norm() / (SPACING * edge)).ceil() as usize).clamp(2, MAX_POINTS);
         let mut walls: Vec<(Vec3, CapPoint)> = Vec::new();
         for i in 0..=count {
             let point = to.tip.lerp(&to.heel, i as f64 / count as f64);
             if let Some(wall) = mesh.nearest_cap(point, reach) {
                 let offset = point - wall.position;
-                let slide = offset - offset.dot(&wall.normal) * wall.normal;
-                let is_beside = wall.is_at_skin || slide.norm() <= BESIDE * edge;
+                let height = offset.dot(&wall.normal);
+                let slide = offset - height * wall.normal;
+                let beside = if wall.is_at_skin && !cuts {
+                    BESIDE_AT_SKIN * edge + STEEPEST * height.abs()
+                } else {
+                    BESIDE * edge
+                };
+                let is_beside = slide.norm() <= beside;
                 if is_beside && wall.normal.dot(&strip_normal).abs() >= least_cosine {
                     walls.push((offset, wall));
                     continue;
