@@ -8,6 +8,9 @@ use crate::drawn_line::{DrawnCut, count, joined_in_lattice};
 use pliant_engine::session::EventKind;
 use pliant_tests::{Bench, asked_cases};
 
+/// Least angle between two lines that cross, rad.
+const LEAST_ANGLE: f64 = 0.2;
+
 #[test]
 fn a_line_that_crosses_a_cut_parts_what_lies_on_both_sides() {
     let (asked, mut drawn) = (asked_cases("CROSSED"), 0);
@@ -19,6 +22,11 @@ fn a_line_that_crosses_a_cut_parts_what_lies_on_both_sides() {
         let (case, document) = DrawnCut::new(number, &levels);
         let mut session = case.open(&bench, &document);
         let crossing = case.crossing(number);
+        // A line that is nearly parallel goes along the slit for a while, and may leave the body there.
+        let [along, across] = [case.line, crossing].map(|[start, end]| end - start);
+        if along.angle(&across) < LEAST_ANGLE {
+            continue;
+        }
         let Some(expected) = case.expected(&session, &[case.line, crossing]) else { continue };
         drawn += 1;
         case.draw(&mut session, case.line);

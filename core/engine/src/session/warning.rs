@@ -202,8 +202,8 @@ impl Session {
             let running: usize = self.tools.iter().filter(|slot| slot.edit == Some(index)).map(|s| s.advances).sum();
             return (tally.advances + running == 0).then(|| {
                 let text = format!(
-                    "the cut of tool `{tool}` cut nothing: in {} steps its blade went through no surface; move the path or make \
-                     the blade longer",
+                    "the cut of tool `{tool}` cut nothing: in {} steps its blade went through no surface, or along an earlier cut within \
+                     0.4 of a cell; move the path or make the blade longer",
                     tally.steps
                 );
                 (WarningCode::CutsNothing, text)
