@@ -5,15 +5,15 @@ use pliant_mesh::geometry::{Vec3, closest_point};
 
 /// A point of a cut surface.
 pub struct CapPoint {
-    /// m
+    /// Position, m.
     pub position: Vec3,
-    /// Unit normal.
+    /// Unit normal of the triangle that it is in, by the order of its corners.
     pub normal: Vec3,
-    /// Whether the cut surface ends there at the surface of the model: a cut that goes on there is in the open.
+    /// Whether it is on the border of the cut surface with the original surface, beyond which is nothing to cut.
     pub is_at_skin: bool,
 }
 
-/// Distance up to which two triangles meet in a point, in shares of the reach of a search.
+/// Distance up to which a point is on another triangle too, as a share of the reach of the search.
 const SAME_PLACE: f64 = 1e-6;
 
 impl CutMesh {

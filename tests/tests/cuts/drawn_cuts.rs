@@ -5,14 +5,13 @@
 
 #![allow(clippy::print_stdout, reason = "what failed, and the count")]
 
-use crate::drawn_line::{DrawnCut, count, joined_in_lattice};
-use pliant_engine::session::{EventKind, HistoryCounts};
+use crate::drawn_line::{DrawnCut, Unparted, count};
+use pliant_engine::session::HistoryCounts;
 use pliant_tests::{Bench, asked_cases};
 
 #[test]
 fn a_drawn_line_parts_the_body_or_it_is_told_what_holds() {
-    let (asked, mut drawn) = (asked_cases("DRAWN"), 0);
-    let (mut necks, mut silent, mut joined) = (Vec::new(), Vec::new(), Vec::new());
+    let (asked, mut unparted) = (asked_cases("DRAWN"), Unparted::default());
     // s, of a step that cuts and of the last one
     let (mut slowest, mut slowest_end) = (0.0_f64, 0.0_f64);
     // Finer grids take minutes.
@@ -22,22 +21,8 @@ fn a_drawn_line_parts_the_body_or_it_is_told_what_holds() {
         let (case, document) = DrawnCut::new(number, &levels);
         let mut session = case.open(&bench, &document);
         let Some(expected) = case.expected(&session, &[case.line]) else { continue };
-        drawn += 1;
         case.draw(&mut session, case.line);
-        let parts = count(&session.bodies[0].model.surface);
-        let told = session.events.count(EventKind::CutHeld);
-        if parts < expected {
-            necks.push(number);
-            if told == 0 {
-                silent.push(number);
-            }
-            println!("{number}: {parts} of {expected} parts, {told} told: {case:?}");
-        }
-        let pairs = joined_in_lattice(&mut session.bodies[0]);
-        if pairs > 0 {
-            joined.push(number);
-            println!("{number}: {parts} of {expected} parts, {pairs} of them joined in the lattice: {case:?}");
-        }
+        unparted.add(number, &case, &mut session, expected);
         let seconds = &session.cuts().seconds;
         slowest = slowest.max(seconds.iter().copied().fold(0.0, f64::max));
         slowest_end = slowest_end.max(seconds.last().copied().unwrap_or(0.0));
@@ -49,9 +34,9 @@ fn a_drawn_line_parts_the_body_or_it_is_told_what_holds() {
         assert!(session.undo(), "{number}");
         assert_eq!(count(&session.bodies[0].model.surface), 1, "{number}: one undo takes the stroke back");
     }
-    println!("{} of {drawn} lines leave a neck: {necks:?}; {} of them without a word", necks.len(), silent.len());
-    println!("{} of {drawn} lines leave parts of the surface that the lattice joins: {joined:?}", joined.len());
+    unparted.print();
     println!("The slowest step that cuts takes {slowest:.3} s, the slowest end of a stroke {slowest_end:.3} s");
+    let Unparted { drawn, necks, silent, joined } = unparted;
     assert!(silent.is_empty(), "{silent:?}");
     // Where the mesh refuses every strip there is no way around; before the swept area was one, half of the lines left a neck.
     assert!(20 * necks.len() <= drawn, "{} of {drawn}: {necks:?}", necks.len());

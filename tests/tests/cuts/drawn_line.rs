@@ -1,12 +1,14 @@
 //! Lines that a hand draws across generated bodies, in which everything follows from a number.
 
+#![allow(clippy::print_stdout, reason = "what failed, and the count")]
+
 use nalgebra::{Rotation3, UnitQuaternion};
 use pliant_cut::{Blade, CutMesh, Stroke};
 use pliant_editor::{Draft, DraftMaterial, PaintStroke, SOLIDS, stroke_button};
 use pliant_engine::body::Body;
 use pliant_engine::edit::KINDS;
 use pliant_engine::scene::Release;
-use pliant_engine::session::{HandPose, Session};
+use pliant_engine::session::{EventKind, HandPose, Session};
 use pliant_mesh::testing::{Random, scan};
 use pliant_mesh::{ObjDocument, Surface, generate};
 use pliant_plugin_api::abi::Ball;
@@ -202,13 +204,55 @@ impl DrawnCut {
     }
 }
 
+/// What lines have not parted, by the numbers of their cases.
+#[derive(Default)]
+pub struct Unparted {
+    /// Number of lines that were drawn.
+    pub drawn: usize,
+    /// Cases with fewer parts than expected.
+    pub necks: Vec<u64>,
+    /// Those of them of which no event tells.
+    pub silent: Vec<u64>,
+    /// Cases in which the lattice joins parts of the surface.
+    pub joined: Vec<u64>,
+}
+
+impl Unparted {
+    /// Adds a case whose lines are drawn, and prints it if anything is not as `expected` (a number of parts).
+    pub fn add(&mut self, number: u64, case: &DrawnCut, session: &mut Session, expected: u32) {
+        self.drawn += 1;
+        let parts = count(&session.bodies[0].model.surface);
+        let told = session.events.count(EventKind::CutHeld);
+        if parts < expected {
+            self.necks.push(number);
+            if told == 0 {
+                self.silent.push(number);
+            }
+        }
+        let pairs = joined_in_lattice(&mut session.bodies[0]);
+        if pairs > 0 {
+            self.joined.push(number);
+        }
+        if parts != expected || pairs > 0 {
+            println!("{number}: {parts} of {expected} parts, {told} told, {pairs} joined in the lattice: {case:?}");
+        }
+    }
+
+    /// Prints the counts.
+    pub fn print(&self) {
+        let Self { drawn, necks, silent, joined } = self;
+        println!("{} of {drawn} lines leave a neck: {necks:?}; {} of them without a word", necks.len(), silent.len());
+        println!("{} of {drawn} lines leave parts of the surface that the lattice joins: {joined:?}", joined.len());
+    }
+}
+
 /// Number of connected parts of a surface.
 pub fn count(surface: &Surface) -> u32 {
     surface.shells().iter().max().map_or(0, |last| last + 1)
 }
 
 /// Pairs of parts of the surface, each of them larger than [`LEAST_CELLS`], that one part of the lattice carries.
-pub fn joined_in_lattice(body: &mut Body) -> usize {
+fn joined_in_lattice(body: &mut Body) -> usize {
     // Everything is active for this.
     if !body.discretization.is_whole() {
         let Body { model, skin, system, discretization, fixings, .. } = &mut *body;

@@ -4,8 +4,7 @@
 
 #![allow(clippy::print_stdout, reason = "what failed, and the count")]
 
-use crate::drawn_line::{DrawnCut, count, joined_in_lattice};
-use pliant_engine::session::EventKind;
+use crate::drawn_line::{DrawnCut, Unparted, count};
 use pliant_tests::{Bench, asked_cases};
 
 /// Least angle between two lines that cross, rad.
@@ -13,8 +12,7 @@ const LEAST_ANGLE: f64 = 0.2;
 
 #[test]
 fn a_line_that_crosses_a_cut_parts_what_lies_on_both_sides() {
-    let (asked, mut drawn) = (asked_cases("CROSSED"), 0);
-    let (mut necks, mut silent, mut joined) = (Vec::new(), Vec::new(), Vec::new());
+    let (asked, mut unparted) = (asked_cases("CROSSED"), Unparted::default());
     // Finer grids take minutes.
     let levels = if asked.is_some() { 4..=7 } else { 4..=5 };
     for number in asked.unwrap_or(0..10) {
@@ -28,30 +26,14 @@ fn a_line_that_crosses_a_cut_parts_what_lies_on_both_sides() {
             continue;
         }
         let Some(expected) = case.expected(&session, &[case.line, crossing]) else { continue };
-        drawn += 1;
         case.draw(&mut session, case.line);
         case.draw(&mut session, crossing);
-        let parts = count(&session.bodies[0].model.surface);
-        let told = session.events.count(EventKind::CutHeld);
-        if parts < expected {
-            necks.push(number);
-            if told == 0 {
-                silent.push(number);
-            }
-        }
-        if parts != expected {
-            println!("{number}: {parts} of {expected} parts, {told} told: {case:?}, crossed along {crossing:?}");
-        }
-        let pairs = joined_in_lattice(&mut session.bodies[0]);
-        if pairs > 0 {
-            joined.push(number);
-            println!("{number}: {parts} of {expected} parts, {pairs} of them joined in the lattice: {case:?}");
-        }
+        unparted.add(number, &case, &mut session, expected);
         assert!(session.undo() && session.undo(), "{number}");
         assert_eq!(count(&session.bodies[0].model.surface), 1, "{number}: two undos take both strokes back");
     }
-    println!("{} of {drawn} lines leave a neck: {necks:?}; {} of them without a word", necks.len(), silent.len());
-    println!("{} of {drawn} lines leave parts of the surface that the lattice joins: {joined:?}", joined.len());
+    unparted.print();
+    let Unparted { drawn, necks, silent, joined } = unparted;
     assert!(silent.is_empty(), "{silent:?}");
     assert!(10 * necks.len() <= drawn, "{} of {drawn}: {necks:?}", necks.len());
     assert!(20 * joined.len() <= drawn, "{} of {drawn}: {joined:?}", joined.len());

@@ -50,10 +50,10 @@ const LIMITS: [[f64; 2]; 3] = [[0.4, 0.0], [0.3, 0.9], [0.1, 0.98]];
 /// Distance from a wall's triangles, along them, up to which a point is beside them and not beyond the end of the cut, in cell edges:
 /// walls have small triangles that are askew.
 const BESIDE: f64 = 0.02;
-/// The same distance where an earlier cut ends at the surface of the model, and what is added to it per height above the walls: the surface is slanted by up to 72 degrees.
+/// The same distance where an earlier cut ends at the original surface, in cell edges: nothing is left to cut beyond it.
 const BESIDE_AT_SKIN: f64 = 0.15;
-/// See [`BESIDE_AT_SKIN`].
-const STEEPEST: f64 = 3.0;
+/// What is added to it per height above the walls: the original surface may be slanted against them by up to 72 degrees.
+const BESIDE_PER_HEIGHT: f64 = 3.0;
 /// Distance between points of the blade, in cell edges.
 const SPACING: f64 = 0.5;
 /// Number of points along and across the gap between two cuts that meet head on, each way.
@@ -84,7 +84,7 @@ impl Surroundings {
                 let height = offset.dot(&wall.normal);
                 let slide = offset - height * wall.normal;
                 let beside = if wall.is_at_skin && !cuts {
-                    BESIDE_AT_SKIN * edge + STEEPEST * height.abs()
+                    BESIDE_AT_SKIN * edge + BESIDE_PER_HEIGHT * height.abs()
                 } else {
                     BESIDE * edge
                 };
