@@ -413,9 +413,9 @@ class MeshEdit:
         self._live.wait(seen, 1.0)
 
     def take_refusals(self) -> list[str]:
-        """Why parts of cuts were refused, or what still holds together, since the last call; between strokes."""
+        """Why parts of cuts were refused, what still holds together, or what was cut already, since the last call; between strokes."""
         events = self.session.events()
-        kinds = ("cut-refused", "cut-held")
+        kinds = ("cut-refused", "cut-held", "cut-again")
         count = sum(events["counts"].get(kind, 0) for kind in kinds)
         is_new, self._refusals = count > self._refusals, count
         texts = [event["text"] for event in events["described"] if event["kind"] in kinds]

@@ -1,14 +1,18 @@
 """The program beside the package: the same scene and the same hand through both."""
 
+from __future__ import annotations
+
 import os
 import subprocess
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-import pliant
+if TYPE_CHECKING:
+    import pliant
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -67,6 +71,9 @@ class Script:
 
 def run_program(scene: pliant.Scene, script: Script, steps: int, folder: Path) -> Path:
     """What the program leaves of a body after some steps of a script."""
+    # In Blender the package comes with the extension, after tests have been collected.
+    import pliant
+
     given = pliant.Scene(script.steer(scene, steps))
     given._meshes = scene._meshes
     file, out = folder / f"scene{steps}.toml", folder / f"out{steps}"

@@ -73,6 +73,7 @@ pub fn news(kind: EventKind, text: &str) -> String {
         }
         EventKind::CutRefused => "A part of the line could not be cut. Draw it again, a little beside.",
         EventKind::CutHeld => "The cut has not parted the model. Draw the line again.",
+        EventKind::CutAgain => "The line goes along an earlier cut, where nothing is left to cut.",
         // It comes in many steps, each with numbers of its own.
         EventKind::NotConverged => {
             return "A step was not solved to its tolerance, so what moves may be a little off. A softer material or a longer step helps.".to_owned();

@@ -134,6 +134,13 @@ impl Facet {
         [self.flat[side], self.flat[(side + 1) % 3]]
     }
 
+    /// Distance of the longest side from the corner that is not on it, m.
+    pub fn width(&self) -> f64 {
+        let [a, b, c] = self.corners;
+        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+        (b - a).cross(&(c - a)).norm() / longest
+    }
+
     /// Texture coordinates of a point in the frame, m.
     pub fn texture_at(&self, flat: [f64; 2]) -> [f64; 2] {
         let [a, b, c] = self.flat;

@@ -222,7 +222,7 @@ impl Unparted {
     pub fn add(&mut self, number: u64, case: &DrawnCut, session: &mut Session, expected: u32) {
         self.drawn += 1;
         let parts = count(&session.bodies[0].model.surface);
-        let told = session.events.count(EventKind::CutHeld);
+        let told = session.events.count(EventKind::CutHeld) + session.events.count(EventKind::CutAgain);
         if parts < expected {
             self.necks.push(number);
             if told == 0 {

@@ -308,13 +308,15 @@ impl Trace {
 
     /// Computes the position of every node relative to the sides of the facet.
     fn place_on_rim(&mut self, mesh: &CutMesh, facet: &Facet, seam: &[u32], snap: SnapTolerances) {
+        // Walls of earlier cuts have edges far longer than an advance.
+        let farthest = snap.beside * facet.width();
         for node in &mut self.nodes {
-            let margin = snap.on
-                * match node.place {
-                    Location::Vertex(site) => self.sites.all[site as usize].shortest,
-                    Location::Edge([a, b], _) => self.sites.length(a, b),
-                    Location::Face(..) => 0.0,
-                };
+            let length = match node.place {
+                Location::Vertex(site) => self.sites.all[site as usize].shortest,
+                Location::Edge([a, b], _) => self.sites.length(a, b),
+                Location::Face(..) => 0.0,
+            };
+            let margin = (snap.on * length).min(farthest);
             for side in 0..3 {
                 // Nodes on the side shared by two facets were determined with the first facet and are in `seam`. With a different margin here,
                 // neither facet would cut what lies between.
@@ -334,9 +336,10 @@ impl Trace {
             let ends = run.ends.map(|end| &self.nodes[end as usize]);
             for side in (0..3).filter(|&side| ends[0].rim[side] * ends[1].rim[side] < 0) {
                 let [from, to] = ends.map(|end| depth(facet, side, end.flat).abs());
-                if from < snap.ends * (from + to) {
+                let margin = (snap.ends * (from + to)).min(farthest);
+                if from < margin {
                     near.push((run.ends[0], side));
-                } else if to < snap.ends * (from + to) {
+                } else if to < margin {
                     near.push((run.ends[1], side));
                 }
             }

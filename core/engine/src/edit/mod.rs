@@ -26,7 +26,7 @@ mod touch_by_law;
 mod touch_stroke;
 
 pub use brush::{Brush, BrushShape, Falloff};
-pub use cut::{BladeEdge, CutStep, EdgeInside, HeldBody, STRIDE};
+pub use cut::{BladeEdge, CutAgain, CutStep, EdgeInside, HeldBody, STRIDE};
 pub(crate) use grip::GRIP_REACH;
 pub use key::{DEFAULT_RADIUS, Key, KeyName, Strength};
 pub(crate) use touch_stroke::INTERVAL as CHANGE_INTERVAL;

@@ -3,7 +3,7 @@
 use super::event::EventKind;
 use super::{CutCounts, Session};
 use crate::body::Repair;
-use crate::edit::HeldBody;
+use crate::edit::{CutAgain, HeldBody};
 use crate::scene::Release;
 use std::time::Instant;
 
@@ -154,6 +154,16 @@ impl Session {
                         format!(
                             "tool `{tool}` was drawn right through body `{body}`, whose parts still hold together near {at:?} m, over at \
                              most {width:.3} mm: {why}"
+                        )
+                    });
+                }
+                if let Some(CutAgain { body, place, way }) = step.again {
+                    let (tool, body) = (&slot.tool.name, &self.bodies[body].name);
+                    self.events.add(EventKind::CutAgain, time, || {
+                        let (at, way) = (place.as_slice(), 1e3 * way);
+                        format!(
+                            "tool `{tool}` went along an earlier cut of body `{body}` from near {at:?} m on, {way:.1} mm far, and cut nothing \
+                             there: cuts closer than 0.4 of a cell are one; cut farther beside, or across at more than 0.2 rad"
                         )
                     });
                 }

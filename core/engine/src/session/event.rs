@@ -27,6 +27,8 @@ pub enum EventKind {
     CutRefused,
     /// A blade was drawn right through a body, and its parts still hold together.
     CutHeld,
+    /// A blade went along an earlier cut, where nothing is left to cut.
+    CutAgain,
     /// Bodies were to be stitched together and cannot be.
     StitchRefused,
     /// Ties between bodies are gone with the surface that they were on.
@@ -75,6 +77,7 @@ impl EventKind {
             self,
             Self::CutRefused
                 | Self::CutHeld
+                | Self::CutAgain
                 | Self::StitchRefused
                 | Self::PaintRefused
                 | Self::SplitRefused
@@ -187,6 +190,7 @@ mod tests {
         let kinds = [
             EventKind::CutRefused,
             EventKind::CutHeld,
+            EventKind::CutAgain,
             EventKind::PaintRefused,
             EventKind::SplitRefused,
             EventKind::LayerRefused,

@@ -28,6 +28,19 @@ pub struct BodyStroke {
     pub section: Option<Section>,
     /// The slit of an earlier cut that the blade is in.
     pub(super) slit: Option<Slit>,
+    /// How far it went in such slits; `None` if it was in none.
+    pub along: Option<AlongSlit>,
+}
+
+/// The way of a blade in the slits of earlier cuts, where it cuts nothing.
+#[derive(Clone, Copy)]
+pub struct AlongSlit {
+    /// Mean position of the walls beside the blade where it came into the first one, in the rest shape, m.
+    pub place: Vec3,
+    /// Length of the way, m.
+    pub way: f64,
+    /// Whether it has come out of the body there.
+    pub has_left: bool,
 }
 
 /// A cut through a whole cross-section of a body, as far as the blade tells: it was longer than the body is thick, all along.
@@ -88,6 +101,7 @@ impl BodyStroke {
             bridge: None,
             section: None,
             slit: None,
+            along: None,
         })
     }
 

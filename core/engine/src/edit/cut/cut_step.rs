@@ -17,6 +17,19 @@ pub struct CutStep {
     pub refused: Option<(usize, Refused)>,
     /// A body that the blade was drawn right through and that it has not parted, at the end of the edit.
     pub held: Option<HeldBody>,
+    /// A body that the blade left by the slit of an earlier cut, or cut nothing of because it was in one, at the end of the edit.
+    pub again: Option<CutAgain>,
+}
+
+/// A body that was to be cut along an earlier cut.
+#[derive(Clone, Copy, Debug)]
+pub struct CutAgain {
+    /// Index of the body.
+    pub body: usize,
+    /// A point of the rest shape where the blade came into the slit, m.
+    pub place: Vec3,
+    /// Length of its way in there, m.
+    pub way: f64,
 }
 
 /// A body whose parts still hold together where a blade was drawn through.

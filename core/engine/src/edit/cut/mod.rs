@@ -10,7 +10,7 @@ mod slit;
 mod stroke_end;
 mod sweep;
 
-pub use cut_step::{CutStep, HeldBody};
+pub use cut_step::{CutAgain, CutStep, HeldBody};
 pub use knife::{BladeEdge, STRIDE};
 
 use super::{Action, ActiveBall, BodyPoint, EditKind, Key, KeyName, Step};

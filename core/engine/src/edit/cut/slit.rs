@@ -36,6 +36,8 @@ pub struct Slit {
     pub blade: Blade,
     /// The blade before in the same slit, or else this one.
     pub behind: Blade,
+    /// Mean position of the walls beside it, m.
+    pub place: Vec3,
     /// Mean unit normal of the walls.
     normal: Vec3,
     /// Largest distance of a point of the moved blade from the walls, m.
@@ -107,7 +109,8 @@ impl Surroundings {
         let mean = heights.iter().sum::<f64>() / heights.len() as f64;
         let spread = heights.iter().fold(0.0_f64, |spread, height| spread.max((height - mean).abs()));
         let blade = to.moved(-mean * normal);
-        Self::Slit(Slit { blade, behind: blade, normal, spread })
+        let place = walls.iter().map(|(_, wall)| wall.position).sum::<Vec3>() / walls.len() as f64;
+        Self::Slit(Slit { blade, behind: blade, place, normal, spread })
     }
 }
 

@@ -6,7 +6,7 @@
 //! the shape that the body had when the stroke began, it cuts up to there in the rest shape, if that is not farther than it has cut by itself.
 
 use super::body_stroke::{BodyStroke, Section, count_parts, euler_characteristic, midpoint, midpoint_displacement};
-use super::cut_step::{CutStep, HeldBody};
+use super::cut_step::{CutAgain, CutStep, HeldBody};
 use super::knife::{Knife, RotatedBlade, STRIDE};
 use crate::body::{Body, LatticeError};
 use crate::tool::Hand;
@@ -34,6 +34,11 @@ impl Knife {
     ) -> Result<(), LatticeError> {
         let along = hand.rotation * self.edge.direction;
         self.come_to_rest(hand, &along, stiffness, bodies, step)?;
+        step.again = self.strokes.iter().enumerate().find_map(|(body, stroke)| {
+            let stroke = stroke.as_ref()?;
+            let along = stroke.along.filter(|along| along.has_left || stroke.way == 0.0)?;
+            Some(CutAgain { body, place: along.place, way: along.way })
+        });
         for (index, body) in bodies.iter_mut().enumerate() {
             let Some(stroke) = self.strokes[index].as_ref().filter(|stroke| stroke.way > 0.0) else { continue };
             let (drift, way, cut) = (stroke.drift, stroke.way, stroke.stroke.blade());

@@ -1,6 +1,6 @@
 //! Sweeping of a body up to a blade: straight on, around what the mesh refuses, or with a bridge where there is no way around.
 
-use super::body_stroke::{BodyStroke, Bridge, count_parts, midpoint, travel};
+use super::body_stroke::{AlongSlit, BodyStroke, Bridge, count_parts, midpoint, travel};
 use super::cut_step::AdvanceError;
 use super::detour::{Detoured, force, go_around};
 use super::slit::{Origin, Slit, Surroundings};
@@ -107,15 +107,23 @@ impl BodyStroke {
             (last, Surroundings::Slit(mut slit)) => {
                 self.go_along(slit.blade)?;
                 slit.behind = last.map_or(slit.blade, |last| last.blade);
+                self.note_slit(&slit, last.map_or(0.0, |last| (slit.place - last.place).norm()));
                 self.slit = Some(slit);
                 Ok(Some(Swept::default()))
             }
             (Some(_), Surroundings::Air) => {
                 self.go_along(to.blade)?;
+                self.along.iter_mut().for_each(|along| along.has_left = true);
                 Ok(Some(Swept::default()))
             }
             (None, _) => self.sweep_material(body, to),
         }
+    }
+
+    /// Notes that the blade is in a slit, in which it has gone `way` (m) since the last advance.
+    fn note_slit(&mut self, slit: &Slit, way: f64) {
+        let along = self.along.get_or_insert(AlongSlit { place: slit.place, way: 0.0, has_left: false });
+        (along.way, along.has_left) = (along.way + way, false);
     }
 
     /// Goes to a blade without cutting.
@@ -146,6 +154,9 @@ impl BodyStroke {
             }
         }
         self.section.iter_mut().for_each(|section| section.spans = false);
+        if let Some(slit) = self.slit {
+            self.note_slit(&slit, 0.0);
+        }
         Ok(Some(all))
     }
 
@@ -209,7 +220,7 @@ impl BodyStroke {
         match go_around(body, self, &to.blade, to.stride, swept).map_err(AdvanceError::Failed)? {
             Detoured::Onward => return Ok(()),
             Detoured::Through => {}
-            Detoured::Nowhere => match force(body, &mut self.stroke, &to.blade, to.stride, to.heading) {
+            Detoured::Nowhere => match force(body, self, &to.blade, to.stride, to.heading) {
                 Ok(advance) => swept.take(body, &advance).map_err(AdvanceError::Failed)?,
                 Err(_) => {
                     let width = travel(&before, &self.stroke.blade());
