@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::Vec3;
-use super::blade::{Blade, Facet, Stroke};
+use super::blade::{Blade, Facet, Stroke, longest_side};
 use super::cap::{CapSurface, bodies};
 use super::cut_edges::{CutEdges, HalfEdgeRef};
 use super::error::{Refusal, Refused};
@@ -265,11 +265,8 @@ impl CutMesh {
     fn triangles_near_facet(&self, facet: &Facet) -> Vec<u32> {
         let mut near = Vec::new();
         self.tree.near_facet(facet.corners, 0.0, |triangle| near.push(triangle));
-        let longest = |t: &u32| {
-            let [a, b, c] = self.corners_of(*t);
-            (b - a).norm().max((c - b).norm()).max((a - c).norm())
-        };
-        let margin = 0.05 * near.iter().map(longest).fold(0.0, f64::max);
+        let longest = near.iter().map(|t| longest_side(&self.corners_of(*t))).fold(0.0, f64::max);
+        let margin = 0.05 * longest;
         if margin > 0.0 {
             near.clear();
             self.tree.near_facet(facet.corners, margin, |triangle| near.push(triangle));

@@ -98,7 +98,7 @@ impl Facet {
     /// A facet; `None` if its area vanishes, because the blade moved along itself or one end did not move.
     fn new(corners: [Vec3; 3], texture: [[f64; 2]; 3], front: usize) -> Option<Self> {
         let [a, b, c] = corners;
-        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+        let longest = longest_side(&corners);
         let normal = (b - a).cross(&(c - a)).try_normalize(1e-6 * longest * longest)?;
         let along = (b - a).try_normalize(0.0)?;
         let across = [along, normal.cross(&along)];
@@ -137,8 +137,7 @@ impl Facet {
     /// Distance of the longest side from the corner that is not on it, m.
     pub fn width(&self) -> f64 {
         let [a, b, c] = self.corners;
-        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
-        (b - a).cross(&(c - a)).norm() / longest
+        (b - a).cross(&(c - a)).norm() / longest_side(&self.corners)
     }
 
     /// Texture coordinates of a point in the frame, m.
@@ -150,6 +149,11 @@ impl Facet {
         let weights = [turn(b, c, flat) / all, turn(c, a, flat) / all, turn(a, b, flat) / all];
         [0, 1].map(|i| (0..3).map(|corner| weights[corner] * self.texture[corner][i]).sum())
     }
+}
+
+/// Length of the longest side of a triangle, m.
+pub(super) fn longest_side([a, b, c]: &[Vec3; 3]) -> f64 {
+    (b - a).norm().max((c - b).norm()).max((a - c).norm())
 }
 
 /// Side of the line from `a` to `b` that `c` is on, by an exact predicate: 1 left, -1 right, 0 on it.

@@ -61,20 +61,24 @@ const MORE_ASIDE: f64 = 0.8;
 const R3: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_1, 0.549_700_477_901_970_1];
 /// Detours from the end of a cut: share of the way of the tip and of the heel.
 const TILTS: [[f64; 2]; 6] = [[0.6, 0.4], [0.4, 0.6], [0.9, 0.5], [0.5, 0.9], [0.2, 0.7], [0.7, 0.2]];
-/// Detours through a cut: distance behind its end, in strides, share of it ahead of the end, and distance to each side, in strides. A strip from one side to the
-/// other meets the cut at half its length. It passes the end on the other side, for a share of 0.25 by 0.6 of the distance aside: vertices there are snapped to
-/// the cut from up to 0.02 of a cell away.
-const CROSSINGS: [[f64; 3]; 10] = [
-    [1.0, 0.25, 0.3],
-    [1.0, 0.25, -0.3],
-    [2.0, 0.25, 0.3],
-    [2.0, 0.25, -0.3],
-    [2.0, 0.5, 0.5],
-    [2.0, 0.5, -0.5],
-    [1.0, 0.25, 0.15],
-    [1.0, 0.25, -0.15],
-    [3.0, 0.5, 0.8],
-    [3.0, 0.5, -0.8],
+/// A strip through a cut of one's own, from one side of it to the other, that meets it at half its length.
+struct Crossing {
+    /// Distance of its beginning behind the end of the cut, in strides.
+    behind: f64,
+    /// Distance of its end ahead of the end of the cut, in distances behind.
+    ahead: f64,
+    /// Distance of both to each side, in strides.
+    aside: f64,
+}
+
+/// Strips through a cut, each tried in both directions. They pass the end of the cut on its other side, for an `ahead` of 0.25 by 0.6 of the distance aside:
+/// vertices there are snapped to the cut from up to 0.02 of a cell away.
+const CROSSINGS: [Crossing; 5] = [
+    Crossing { behind: 1.0, ahead: 0.25, aside: 0.3 },
+    Crossing { behind: 2.0, ahead: 0.25, aside: 0.3 },
+    Crossing { behind: 2.0, ahead: 0.5, aside: 0.5 },
+    Crossing { behind: 1.0, ahead: 0.25, aside: 0.15 },
+    Crossing { behind: 3.0, ahead: 0.5, aside: 0.8 },
 ];
 /// Distance of a new stroke behind the refused one, in strides.
 const BEHIND: f64 = 0.2;
@@ -158,20 +162,23 @@ fn detours(previous: Option<&Blade>, from: &Blade, to: &Blade, stride: f64) -> V
     });
     let tilts = TILTS.map(|[tip, heel]| between(tip, heel));
     let bends = BENDS.map(bend).into_iter().chain(tilts).chain(more).map(|via| Detour { start: None, via });
-    let crossings = CROSSINGS.map(|[behind, ahead, by]| {
-        // The strip runs beside the last one and beyond it, turned as that is: it goes through it all along the blade.
-        let last = previous.map(|previous| (previous, travel(previous, from))).filter(|(_, length)| *length > 0.0);
-        let (previous, length) = last?;
-        let behind = (behind * stride / length).min(0.9);
-        let ahead = (ahead * behind).min(travel(from, to) / length);
+    // The strip runs beside the last one and beyond it, turned as that is: it goes through it all along the blade.
+    let last = previous.map(|previous| (previous, travel(previous, from))).filter(|(_, length)| *length > 0.0);
+    let crossings = last.into_iter().flat_map(|(previous, length)| {
         let on = |share: f64| Blade {
             tip: from.tip.lerp(&previous.tip, -share),
             heel: from.heel.lerp(&previous.heel, -share),
         };
-        let aside = by * stride * aside;
-        Some(Detour { start: Some(on(-behind).moved(aside)), via: on(ahead).moved(-aside) })
+        CROSSINGS.iter().flat_map(move |crossing| {
+            let behind = (crossing.behind * stride / length).min(0.9);
+            let ahead = (crossing.ahead * behind).min(travel(from, to) / length);
+            [1.0, -1.0].map(|side| {
+                let aside = side * crossing.aside * stride * aside;
+                Detour { start: Some(on(-behind).moved(aside)), via: on(ahead).moved(-aside) }
+            })
+        })
     });
-    bends.chain(crossings.into_iter().flatten()).collect()
+    bends.chain(crossings).collect()
 }
 
 /// Cuts on even if that leaves a bridge. A cut that cannot be continued at all begins anew just behind its end, and if that is refused too and the blade is
