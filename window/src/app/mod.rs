@@ -44,7 +44,7 @@ use key_pointer::KeyPointer;
 use layers::LayerPanel;
 use measure::ScriptedStrokes;
 use model::Model;
-use pliant_editor::DeviceChoice;
+use pliant_editor::{DeviceChoice, LengthUnit};
 use pliant_engine::body::Axes;
 use reference_panel::Reference;
 use std::path::PathBuf;
@@ -98,6 +98,8 @@ pub struct App {
     question: Option<Question>,
     /// Whether the unit of the model is asked for.
     asks_unit: bool,
+    /// Unit of the model that was open before; `None` of a scene, or if none was.
+    closed_unit: Option<LengthUnit>,
     /// Whether the list of keys is shown.
     shows_keys: bool,
     /// Whether it was in the frame before.
@@ -167,6 +169,7 @@ impl App {
             dialog: None,
             question: None,
             asks_unit: false,
+            closed_unit: None,
             shows_keys: false,
             keys_were_shown: false,
             error: None,

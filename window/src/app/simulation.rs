@@ -24,7 +24,7 @@ impl App {
 
     /// Ends what is open.
     fn close(&mut self) {
-        self.model = None;
+        self.closed_unit = self.model.take().and_then(|model| model.facts.unit);
         // The old session ends before the new one begins, as both would ask for the same processors; but for one whose device goes on.
         self.simulation = None;
     }
@@ -90,8 +90,11 @@ impl App {
                     "opened",
                     &[("seconds", format!("{seconds:.3}")), ("triangles", model.triangles().to_string())],
                 );
-                if !is_reopened {
-                    self.look_at_all(&model);
+                match (self.closed_unit, model.facts.unit) {
+                    _ if !is_reopened => self.look_at_all(&model),
+                    // What was in the picture stays there.
+                    (Some(before), Some(now)) => self.camera.scale(now.metres() / before.metres()),
+                    _ => {}
                 }
                 if self.request.is_tetrahedral() && !model.facts.is_tetrahedral {
                     self.tell(strings::TETRAHEDRA_LEFT.to_owned());

@@ -111,6 +111,13 @@ impl Camera {
         self.target + self.distance * self.axes()[2]
     }
 
+    /// Follows a scene that becomes larger by a factor about its origin: the picture of it stays the same.
+    pub fn scale(&mut self, factor: f64) {
+        self.target *= factor;
+        self.distance *= factor;
+        self.scene_radius *= factor;
+    }
+
     /// m, half the height of what is seen at the distance of the target
     pub fn half_height(&self) -> f64 {
         self.distance * (0.5 * self.field_of_view).tan()

@@ -86,10 +86,13 @@ fn a_unit_that_is_unsure_is_asked_for_once() {
     let mut harness = window(&unsure);
     wait(&mut harness, "the model", App::is_open);
     assert!(harness.state().asks_unit(), "1.8 m, or 4.6 cm in inches");
-    let radius = harness.state().tool_radius();
+    let (radius, camera) = (harness.state().tool_radius(), *harness.state().camera());
     harness.step();
     harness.get_by_label_contains("in: the model is").click();
     wait(&mut harness, "the model in inches", |app| app.is_open() && app.tool_radius() < 0.1 * radius);
     assert!((harness.state().tool_radius() / radius - 25.4e-3).abs() < 1e-6);
+    let seen = harness.state().camera();
+    assert!((seen.distance / camera.distance - 25.4e-3).abs() < 1e-9, "it is as large in the picture as before");
+    assert!((seen.target - 25.4e-3 * camera.target.coords).coords.norm() < 1e-9 * camera.distance);
     assert!(!harness.state().asks_unit(), "it is asked for once");
 }

@@ -5,6 +5,7 @@ use super::{CutCounts, Session};
 use crate::body::Repair;
 use crate::edit::{CutAgain, HeldBody};
 use crate::scene::Release;
+use pliant_solver::Vec3;
 use std::time::Instant;
 
 impl Session {
@@ -150,9 +151,9 @@ impl Session {
                             ),
                             false => "the mesh cannot be cut there; cut it again beside".to_owned(),
                         };
-                        let (at, width) = (place.as_slice(), 1e3 * width);
+                        let (at, width) = (place_in_mm(place), 1e3 * width);
                         format!(
-                            "tool `{tool}` was drawn right through body `{body}`, whose parts still hold together near {at:?} m, over at \
+                            "tool `{tool}` was drawn right through body `{body}`, whose parts still hold together near {at}, over at \
                              most {width:.3} mm: {why}"
                         )
                     });
@@ -160,9 +161,9 @@ impl Session {
                 if let Some(CutAgain { body, place, way }) = step.again {
                     let (tool, body) = (&slot.tool.name, &self.bodies[body].name);
                     self.events.add(EventKind::CutAgain, time, || {
-                        let (at, way) = (place.as_slice(), 1e3 * way);
+                        let (at, way) = (place_in_mm(place), 1e3 * way);
                         format!(
-                            "tool `{tool}` went along an earlier cut of body `{body}` from near {at:?} m on, {way:.1} mm far, and cut nothing \
+                            "tool `{tool}` went along an earlier cut of body `{body}` from near {at} on, {way:.1} mm far, and cut nothing \
                              there: cuts closer than 0.4 of a cell are one; cut farther beside, or across at more than 0.2 rad"
                         )
                     });
@@ -199,10 +200,10 @@ impl Session {
             }
             let (lattice, nodes) = (body.discretization.lattice(), &mut body.system.nodes);
             if let Some(Repair { cells, place, moved }) = lattice.and_then(|lattice| lattice.untangle(nodes)) {
-                let (at, moved, name) = (place.as_slice(), 1e3 * moved, &body.name);
+                let (at, moved, name) = (place_in_mm(place), 1e3 * moved, &body.name);
                 self.events.add(EventKind::Repaired, time, || {
                     format!(
-                        "body `{name}`: {cells} cells near {at:?} m were inverted or flat when the shape was kept; their nodes were \
+                        "body `{name}`: {cells} cells near {at} were inverted or flat when the shape was kept; their nodes were \
                          moved by at most {moved:.3} mm"
                     )
                 });
@@ -218,4 +219,10 @@ impl Session {
     pub fn cuts(&self) -> &CutCounts {
         &self.history.cuts
     }
+}
+
+/// A place (m) for people, such as `[1.500, 0.000, -20.250] mm`.
+fn place_in_mm(place: Vec3) -> String {
+    let [x, y, z] = (1e3 * place).into();
+    format!("[{x:.3}, {y:.3}, {z:.3}] mm")
 }
