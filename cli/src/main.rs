@@ -10,6 +10,8 @@
 //! pliant plugin info mass-spring --json
 //! ```
 
+#![deny(clippy::wildcard_enum_match_arm)]
+
 mod args;
 mod batch;
 mod call_watchdog;

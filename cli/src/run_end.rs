@@ -24,7 +24,7 @@ pub fn run_outcome(summary: &Summary) -> Outcome {
 pub fn strict_outcome(outcome: Outcome, summary: &Summary, strict: bool) -> Outcome {
     match outcome {
         Outcome::Done | Outcome::CheckFailed if strict && !summary.warnings.is_empty() => Outcome::Input,
-        other => other,
+        Outcome::Done | Outcome::CheckFailed | Outcome::Input | Outcome::Plugin | Outcome::Stopped => outcome,
     }
 }
 

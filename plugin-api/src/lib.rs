@@ -9,6 +9,8 @@
 //! activates it (the trait's `new`: the last chance to allocate), calls it from the thread classes the header states, then
 //! deactivates and destroys it. The library stays loaded until the program ends.
 
+#![deny(clippy::wildcard_enum_match_arm)]
+
 pub mod abi;
 pub mod batch;
 pub mod blocks;

@@ -26,6 +26,30 @@ pub struct ElementRequest {
     pub history_stride: u32,
 }
 
+impl ElementRequest {
+    /// Number of corners of its kind of element.
+    ///
+    /// # Panics
+    /// On an unknown kind, which the host refuses when it opens a material.
+    pub fn corners(&self) -> usize {
+        corners(self.kind)
+    }
+}
+
+/// Number of corners of an element kind ([`abi::POINT`], ...).
+///
+/// # Panics
+/// On an unknown kind.
+pub fn corners(kind: u32) -> usize {
+    match kind {
+        abi::POINT => 1,
+        abi::LINK => 2,
+        abi::TRIANGLE => 3,
+        abi::HINGE | abi::TETRAHEDRON => 4,
+        _ => panic!("no element kind {kind}"),
+    }
+}
+
 /// Factors of stiffness and damping in a matrix `stiffness K + damping C`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TangentScale {

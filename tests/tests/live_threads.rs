@@ -84,7 +84,7 @@ impl HapticDevice for Watching {
             Quirk::Panics if tick == 50 => panic!("on purpose, on the haptic thread"),
             Quirk::Hangs if tick == 50 => std::thread::sleep(Duration::from_millis(300)),
             Quirk::Unplugged if tick == 50 => return Status::IO,
-            _ => {}
+            Quirk::None | Quirk::Panics | Quirk::Hangs | Quirk::Unplugged => {}
         }
         let height = (0.006 - 1e-4 * tick as f64).max(0.001);
         poses.fill(Pose { time_ns: time, flags: POSE_VALID, position: [0.0, 0.0, height], ..Pose::default() });

@@ -106,7 +106,7 @@ fn bytes_of_row(sweep: &Sweep, steps: u64) -> u64 {
     let kept = steps.div_ceil(sweep.keep.trace_every);
     let cell = |kind: ColumnKind| match kind {
         ColumnKind::Numbers => NUMBER_BYTES * kept,
-        _ => NUMBER_BYTES,
+        ColumnKind::Integer | ColumnKind::Number | ColumnKind::Flag | ColumnKind::Text => NUMBER_BYTES,
     };
     RECORDS + sweep.columns().iter().map(|column| column.name.len() as u64 + 4 + cell(column.kind)).sum::<u64>()
 }

@@ -5,6 +5,8 @@
 //!
 //! This crate uses no window system and no graphics library, and prints nothing.
 
+#![deny(clippy::wildcard_enum_match_arm)]
+
 pub mod surface;
 
 mod device;

@@ -87,7 +87,7 @@ fn relocate_value(value: &mut Value, from: &Path, to: &Path) {
         }
         Value::Array(array) => array.iter_mut().for_each(|value| relocate_value(value, from, to)),
         Value::InlineTable(table) => relocate(table, from, to),
-        _ => {}
+        Value::Integer(_) | Value::Float(_) | Value::Boolean(_) | Value::Datetime(_) => {}
     }
 }
 

@@ -4,6 +4,7 @@
 //! every step gives a frame. See `ARCHITECTURE.md` at the root of the repository.
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+#![deny(clippy::wildcard_enum_match_arm)]
 
 pub mod body;
 pub mod contact;

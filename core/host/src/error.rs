@@ -132,11 +132,9 @@ impl HostError {
 
 impl From<HostError> for ForceError {
     fn from(error: HostError) -> Self {
-        match error {
-            HostError::Call { plugin, path, call, reason } => {
-                Self { model: format!("{plugin} ({})", path.display()), call, reason }
-            }
-            error => Self { model: "plugin".into(), call: "host", reason: error.to_string() },
-        }
+        let HostError::Call { plugin, path, call, reason } = error else {
+            return Self { model: "plugin".into(), call: "host", reason: error.to_string() };
+        };
+        Self { model: format!("{plugin} ({})", path.display()), call, reason }
     }
 }

@@ -29,6 +29,7 @@
 //! ```
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+#![deny(clippy::wildcard_enum_match_arm)]
 
 mod deadline;
 mod device;

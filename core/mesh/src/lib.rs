@@ -7,6 +7,7 @@
 //! Generators and samples produce OBJ text and parse it, so all models take the same path.
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+#![deny(clippy::wildcard_enum_match_arm)]
 
 pub mod check;
 pub mod edges;

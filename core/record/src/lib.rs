@@ -38,6 +38,7 @@
 //! ```
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+#![deny(clippy::wildcard_enum_match_arm)]
 
 mod atomic;
 mod content_hash;

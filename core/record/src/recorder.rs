@@ -223,6 +223,6 @@ fn tetrahedra_names(session: &Session) -> impl Iterator<Item = (String, &Body)> 
         ModelSource::Body(body) if body.model.tetrahedra.is_some() => {
             Some((format!("{}.vtk", name.trim_end_matches(".obj")), body))
         }
-        _ => None,
+        ModelSource::Body(_) | ModelSource::Standing(_) => None,
     })
 }

@@ -41,6 +41,8 @@
 //! # }
 //! ```
 
+#![deny(clippy::wildcard_enum_match_arm)]
+
 mod accuracy;
 mod baseline;
 mod catalogue;

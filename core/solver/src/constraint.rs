@@ -57,7 +57,7 @@ pub fn constrained_inverse(block: &Block, constraint: &Constraint) -> Block {
                 return inverse;
             }
         }
-        _ => {}
+        Constraint::Plane(_) | Constraint::Line(_) => {}
     }
     let filter = |m: Matrix3<f64>| {
         Matrix3::from_columns(&[0, 1, 2].map(|c| {

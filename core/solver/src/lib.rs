@@ -4,6 +4,7 @@
 //! [`Integrator`] advances them by one step.
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+#![deny(clippy::wildcard_enum_match_arm)]
 
 mod algebra;
 mod constraint;

@@ -28,7 +28,6 @@ pub use random::Random;
 pub use sheet::{Sheet, sheet};
 pub use tested_material::{Call, MaterialUnderTest};
 
-use crate::abi;
 use crate::fault::Fault;
 use crate::material::Material;
 use crate::param::{Params, Value, defaults, position};
@@ -62,16 +61,4 @@ pub struct ElementList {
     pub material: Vec<f64>,
 }
 
-/// Number of corners of an element kind ([`abi::POINT`], ...).
-///
-/// # Panics
-/// On an unknown kind.
-pub fn corners(kind: u32) -> usize {
-    match kind {
-        abi::POINT => 1,
-        abi::LINK => 2,
-        abi::TRIANGLE => 3,
-        abi::HINGE | abi::TETRAHEDRON => 4,
-        _ => panic!("no element kind {kind}"),
-    }
-}
+pub use crate::material::corners;

@@ -71,11 +71,8 @@ impl FabricFile {
                 let text = format!("no number `{name}`; allowed is source, unknown, {}", known.join(", "));
                 return Err(wrong(key.span(), text));
             };
-            let number = match value.get_ref() {
-                Value::Integer(number) => Some(*number as f64),
-                Value::Float(number) => Some(*number),
-                _ => None,
-            };
+            let number = value.get_ref();
+            let number = number.as_float().or_else(|| number.as_integer().map(|number| number as f64));
             let Some(number) = number.filter(|number| (*min..=*max).contains(number)) else {
                 let text = format!("`{name}` is {}; allowed is a number from {min:e} to {max:e}", value.get_ref());
                 return Err(wrong(value.span(), text));

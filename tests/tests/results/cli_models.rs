@@ -117,7 +117,11 @@ fn allows(root: &Value, schema: &Value, value: &toml::Value, path: &str) -> Resu
             }
         }),
         toml::Value::Array(list) => list.iter().try_for_each(|one| allows(root, &schema["items"], one, path)),
-        _ => Ok(()),
+        toml::Value::String(_)
+        | toml::Value::Integer(_)
+        | toml::Value::Float(_)
+        | toml::Value::Boolean(_)
+        | toml::Value::Datetime(_) => Ok(()),
     }
 }
 

@@ -25,7 +25,7 @@ fn cell(value: &Value) -> String {
         Value::Null => String::new(),
         Value::String(text) => quoted(text).into_owned(),
         Value::Array(_) | Value::Object(_) => quoted(&value.to_string()).into_owned(),
-        other => other.to_string(),
+        Value::Bool(_) | Value::Number(_) => value.to_string(),
     }
 }
 

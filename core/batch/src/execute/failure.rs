@@ -89,9 +89,13 @@ impl Failure {
         let class = match error {
             SessionError::StepLimit(_) => FailureClass::StepLimit,
             SessionError::Memory(_) => FailureClass::MemoryLimit,
-            SessionError::Obj(_) | SessionError::Mesh { .. } => FailureClass::Model,
+            SessionError::Obj(_) | SessionError::Tetrahedra(_) | SessionError::Mesh { .. } => FailureClass::Model,
             error if error.is_plugin() => FailureClass::Plugin,
-            _ => FailureClass::Scene,
+            SessionError::Scene(_)
+            | SessionError::Host(_)
+            | SessionError::Force(_)
+            | SessionError::Lattice { .. }
+            | SessionError::VectorUnit(_) => FailureClass::Scene,
         };
         Self::new(class, error)
     }

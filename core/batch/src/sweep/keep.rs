@@ -71,7 +71,9 @@ impl Limits {
                 toml::Value::Integer(seconds) => Ok(*seconds as f64),
                 toml::Value::Float(seconds) => Ok(*seconds),
                 toml::Value::String(text) => parse_quantity(text, "s"),
-                other => Err(format!("{other}; allowed is a time")),
+                toml::Value::Boolean(_) | toml::Value::Datetime(_) | toml::Value::Array(_) | toml::Value::Table(_) => {
+                    Err(format!("{}; allowed is a time", time.get_ref()))
+                }
             };
             let positive = number.and_then(|s| if s > 0.0 { Ok(s) } else { Err(format!("{s} s; allowed is above 0")) });
             positive.map_err(|reason| source.error(time.span(), reason))

@@ -36,7 +36,7 @@ impl Measure {
                 let unit = text[end..].trim().to_owned();
                 (!unit.is_empty()).then_some(Self { number, unit })
             }
-            _ => None,
+            Value::Float(_) | Value::Boolean(_) | Value::Datetime(_) | Value::Array(_) | Value::Table(_) => None,
         }
     }
 
@@ -84,7 +84,12 @@ pub(super) fn listed(list: &[Value]) -> Listed {
     let cell = |value: &Value| match value {
         Value::Boolean(flag) if flags => Cell::from(*flag),
         Value::String(text) => Cell::from(text.as_str()),
-        other => Cell::from(other.to_string()),
+        Value::Integer(_)
+        | Value::Float(_)
+        | Value::Boolean(_)
+        | Value::Datetime(_)
+        | Value::Array(_)
+        | Value::Table(_) => Cell::from(value.to_string()),
     };
     let values = list.iter().map(|v| ParameterValue { setting: v.to_string(), cell: cell(v) }).collect();
     Listed { values, unit: String::new(), kind: if flags { ColumnKind::Flag } else { ColumnKind::Text } }

@@ -45,7 +45,7 @@ impl Body {
                 (Origin::Face { corners, weights }, _) => super::interpolate(corners.map(offset), weights),
                 (Origin::Copy { of }, _) => offset(of),
                 (Origin::Cap { .. }, Discretization::Lattice(lattice)) => lattice.rest_offset_at(place)?,
-                _ => Vec3::zeros(),
+                (Origin::Original, _) | (Origin::Cap { .. }, Discretization::Sheet(_)) => Vec3::zeros(),
             };
             list.push(place + offset);
         }

@@ -305,7 +305,9 @@ fn fixings_of_part(body: &Body, node_number: &[u32]) -> Vec<Fixing> {
             let new = list.iter().filter_map(|node| node_number.get(*node as usize).copied());
             Fixing { place: Place::Nodes(new.filter(|node| *node != u32::MAX).collect()), ..fixing.clone() }
         }
-        _ => fixing.clone(),
+        Place::Box { .. } | Place::Ball { .. } | Place::Nodes(_) | Place::Vertices(_) | Place::Cells(_) => {
+            fixing.clone()
+        }
     };
     body.fixings.iter().map(of_part).collect()
 }

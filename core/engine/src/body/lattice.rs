@@ -346,12 +346,16 @@ pub(super) fn check_mass(system: &System) -> Result<(), LatticeError> {
 }
 
 /// Name of a kind of element in messages.
-fn kind_name(kind: u32) -> &'static str {
+///
+/// # Panics
+/// For a number that is no kind.
+pub(super) fn kind_name(kind: u32) -> &'static str {
     match kind {
         abi::POINT => "points",
         abi::LINK => "links",
         abi::TRIANGLE => "triangles",
         abi::HINGE => "hinges",
-        _ => "tetrahedra",
+        abi::TETRAHEDRON => "tetrahedra",
+        kind => unreachable!("the host opens no material with elements of kind {kind}"),
     }
 }

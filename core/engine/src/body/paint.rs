@@ -97,7 +97,7 @@ impl Body {
             Discretization::Lattice(lattice) if !lattice.painted().is_empty() => {
                 lattice.cell_of(point)?.map_or(1.0, |cell| self.layer_factor(lattice, cell as u32))
             }
-            _ => 1.0,
+            Discretization::Lattice(_) | Discretization::Sheet(_) => 1.0,
         };
         Ok(factor * self.layer_stiffness)
     }

@@ -203,14 +203,14 @@ impl Body {
                     state.nodes.rest[node] = rest;
                 }
             }
-            _ => {} // a body never changes its discretization
+            (Discretization::Lattice(_), DiscretizationState::Sheet(_)) => {} // a body never changes its discretization
         }
         let taken = self.restore(&state).and_then(|()| match &mut self.discretization {
             // Masses and material coordinates are those of the new shape.
             Discretization::Sheet(sheet) if !state.nodes.is_empty() => {
                 sheet.flatten_rest(&self.model, &mut self.system)
             }
-            _ => Ok(()),
+            Discretization::Lattice(_) | Discretization::Sheet(_) => Ok(()),
         });
         taken.or_else(|error| self.restore(&before).and(Err(error)))
     }

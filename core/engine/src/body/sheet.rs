@@ -4,7 +4,7 @@
 use super::failed_triangles::FailedTriangles;
 use super::fields::Fields;
 use super::fixing::Fixing;
-use super::lattice::{DrivenNode, LatticeError, check_mass, constrain_fixed, drive_fixed};
+use super::lattice::{DrivenNode, LatticeError, check_mass, constrain_fixed, drive_fixed, kind_name};
 use super::model::Model;
 use super::skin::{EmbeddedPoint, NearestTriangle, Skin, nearest_triangle};
 use super::stiffness::StiffnessFactor;
@@ -207,9 +207,9 @@ impl Sheet {
                     list.nodes = edges.hinges.iter().flatten().copied().collect();
                     list.measure = vec![1.0; edges.hinges.len()];
                 }
-                _ => {
-                    let material = system.material.name().to_owned();
-                    return Err(LatticeError::Unsupported { material, wanted: "tetrahedra", discretization: "sheet" });
+                kind => {
+                    let (material, wanted) = (system.material.name().to_owned(), kind_name(kind));
+                    return Err(LatticeError::Unsupported { material, wanted, discretization: "sheet" });
                 }
             }
         }

@@ -104,7 +104,9 @@ impl Body {
             (Discretization::Sheet(sheet), DiscretizationState::Sheet(of_sheet)) => {
                 sheet.restore(of_sheet, &state.nodes, &self.model, &mut self.system)?;
             }
-            _ => {} // a body never changes its discretization
+            // A body never changes its discretization.
+            (Discretization::Lattice(_), DiscretizationState::Sheet(_))
+            | (Discretization::Sheet(_), DiscretizationState::Lattice(_)) => {}
         }
         self.system.nodes.rest.clone_from(&state.nodes.rest);
         self.system.nodes.x.clone_from(&state.nodes.x);

@@ -249,7 +249,7 @@ impl SheetTips {
             let mean = 0.5 * (drive.dot(&line) + other.dot(&line));
             (nodes.constraint[i], nodes.prescribed[i]) = match contact.state {
                 State::Slides => (Constraint::Line(line), velocity),
-                _ => (Constraint::Fixed, velocity + mean * line),
+                State::Sticks | State::Free => (Constraint::Fixed, velocity + mean * line),
             };
         } else {
             // Parallel normals leave one direction: pushed from one side the vertex follows the deeper tip, pinched it follows the mean.
@@ -258,7 +258,7 @@ impl SheetTips {
             let target = if n.dot(&contact.other) > 0.0 { a.max(b) } else { 0.5 * (a - b) };
             (nodes.constraint[i], nodes.prescribed[i]) = match contact.state {
                 State::Slides => (Constraint::Plane(n), target * n),
-                _ => (Constraint::Fixed, mean + (target - mean.dot(&n)) * n),
+                State::Sticks | State::Free => (Constraint::Fixed, mean + (target - mean.dot(&n)) * n),
             };
         }
     }

@@ -138,7 +138,7 @@ impl CellCosts {
             costs.per_node += IMPLICIT_NODE;
         }
         for request in requests {
-            let corners = f64::from(corners_of(request.kind));
+            let corners = request.corners() as f64;
             let numbers = 2.0 + f64::from(request.rest_stride) + 3.0 * f64::from(request.history_stride);
             // Lists grow to at most twice their length; half of that on the average.
             let element = 1.5 * (4.0 * corners + 8.0 * numbers);
@@ -146,8 +146,10 @@ impl CellCosts {
             match request.kind {
                 abi::POINT => costs.per_node += element + map,
                 abi::LINK => costs.per_node += links_of_node(request.families) * (element + map),
-                _ if request.flags & abi::INNER_TETRAHEDRON != 0 => costs.per_cell += element + map,
-                _ => costs.per_cell += tetrahedra * (element + map),
+                abi::TETRAHEDRON if request.flags & abi::INNER_TETRAHEDRON != 0 => costs.per_cell += element + map,
+                abi::TETRAHEDRON => costs.per_cell += tetrahedra * (element + map),
+                abi::TRIANGLE | abi::HINGE => {} // a solid refuses them when it lists its elements
+                kind => unreachable!("the host opens no material with elements of kind {kind}"),
             }
         }
         costs
@@ -170,16 +172,6 @@ impl CellCosts {
     pub(crate) fn per_simulated_cell(&self, facts: &Level) -> f64 {
         let nodes = facts.nodes as f64 / ((facts.surface_cells + facts.inside_cells).max(1)) as f64;
         self.per_cell + nodes * self.per_node
-    }
-}
-
-/// Number of nodes of an element of this kind.
-fn corners_of(kind: u32) -> u32 {
-    match kind {
-        abi::POINT => 1,
-        abi::LINK => 2,
-        abi::TRIANGLE => 3,
-        _ => 4,
     }
 }
 

@@ -65,11 +65,7 @@ fn read(source: &Source, param: &ParamInfo, value: &Value) -> Result<ParamValue,
 }
 
 fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Integer(i) => Some(*i as f64),
-        Value::Float(f) => Some(*f),
-        _ => None,
-    }
+    value.as_float().or_else(|| value.as_integer().map(|number| number as f64))
 }
 
 /// The value as text of at most 40 characters, for messages.

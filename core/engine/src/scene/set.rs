@@ -67,10 +67,7 @@ fn extend(done: &mut String, key: &str) {
 /// The item of a table or an array of tables at a key.
 fn step<'a>(at: &'a mut Item, key: &str, done: &str) -> Result<&'a mut Item, String> {
     let index = || key.parse::<usize>().map_err(|_| format!("`{done}` is a list: `{key}` must be a number from 0"));
-    let count = match &*at {
-        Item::ArrayOfTables(list) => list.len(),
-        _ => 0,
-    };
+    let count = at.as_array_of_tables().map_or(0, |list| list.len());
     let beyond = |i: usize| format!("`{done}` has {count} entries, from 0: there is no {i}");
     match at {
         Item::ArrayOfTables(list) => {

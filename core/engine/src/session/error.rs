@@ -63,7 +63,18 @@ impl SessionError {
             Self::Force(_) | Self::Lattice { error: LatticeError::Massless { .. } | LatticeError::Force(_), .. } => {
                 true
             }
-            _ => false,
+            Self::Lattice { error: LatticeError::ContactLaw { error, .. }, .. } => !error.is_refusal(),
+            Self::Lattice {
+                error: LatticeError::Unsupported { .. } | LatticeError::Memory { .. } | LatticeError::Empty { .. },
+                ..
+            }
+            | Self::Scene(_)
+            | Self::Obj(_)
+            | Self::Tetrahedra(_)
+            | Self::Mesh { .. }
+            | Self::Memory(_)
+            | Self::StepLimit(_)
+            | Self::VectorUnit(_) => false,
         }
     }
 }

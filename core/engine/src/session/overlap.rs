@@ -76,12 +76,12 @@ impl OverlapDetection {
             known.extend((0..j).filter(|i| meets(&bodies[*i])).map(|i| [i, j]));
         }
         let mut detection = Self { bodies, known, ..Self::default() };
-        let at_start = detection.test(WarningCode::BodiesOverlap, 0.0);
+        let at_start = detection.test(None);
         (detection, at_start)
     }
 
-    /// Warnings for pairs whose swept boxes overlap now for the first time.
-    fn test(&mut self, code: WarningCode, time: f64) -> Vec<Warning> {
+    /// Warnings for pairs whose swept boxes overlap now for the first time: at the time `time` (s) of a run, or before its first step.
+    fn test(&mut self, time: Option<f64>) -> Vec<Warning> {
         let swept = |i: usize| {
             let Extended { extents, before, .. } = &self.bodies[i];
             extents.with([before.min, before.max].iter())
@@ -94,15 +94,21 @@ impl OverlapDetection {
                 }
                 self.known.push([i, j]);
                 let [a, b] = [&self.bodies[i], &self.bodies[j]];
-                let message = match code {
-                    WarningCode::BodiesOverlap => format!(
-                        "the boxes of bodies `{}` and `{}` overlap at the start, and {WHY}, so they pass through each other; let both meet (`meets = true`), move one \
-                         of them, or make them one model",
-                        a.name, b.name
+                let (code, message) = match time {
+                    None => (
+                        WarningCode::BodiesOverlap,
+                        format!(
+                            "the boxes of bodies `{}` and `{}` overlap at the start, and {WHY}, so they pass through each other; let both meet (`meets = true`), move one \
+                             of them, or make them one model",
+                            a.name, b.name
+                        ),
                     ),
-                    _ => format!(
-                        "the boxes of bodies `{}` and `{}` came together by {time:.4} s, and {WHY}, so they pass through each other; let both meet (`meets = true`)",
-                        a.name, b.name
+                    Some(time) => (
+                        WarningCode::BodiesMeet,
+                        format!(
+                            "the boxes of bodies `{}` and `{}` came together by {time:.4} s, and {WHY}, so they pass through each other; let both meet (`meets = true`)",
+                            a.name, b.name
+                        ),
                     ),
                 };
                 found.push(Warning { code, place: b.place.clone(), message });
@@ -128,7 +134,7 @@ impl Session {
             extended.extents = moved_extents(body, extended.rest);
         }
         let time = self.time();
-        let found = self.warnings.overlaps.test(WarningCode::BodiesMeet, time);
+        let found = self.warnings.overlaps.test(Some(time));
         self.warnings.overlaps.warnings.extend(found);
     }
 }
@@ -149,7 +155,7 @@ mod tests {
         assert_eq!(warnings.len(), 1, "b and c alone: {warnings:?}");
         // It sweeps over both others between two tests.
         detection.bodies[0].extents = body("a", 9.0).extents;
-        assert_eq!(detection.test(WarningCode::BodiesMeet, 0.1).len(), 2);
-        assert!(detection.test(WarningCode::BodiesMeet, 0.2).is_empty());
+        assert_eq!(detection.test(Some(0.1)).len(), 2);
+        assert!(detection.test(Some(0.2)).is_empty());
     }
 }

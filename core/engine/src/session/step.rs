@@ -144,11 +144,10 @@ impl Session {
                 is_explicit,
             };
             if let Err(error) = slot.tool.follow(&mut step) {
-                match error {
-                    LatticeError::ContactLaw { body, error } => {
-                        freeze_body(&mut self.bodies[body as usize], &mut self.events, time, error.to_string());
-                    }
-                    error => self.events.add(EventKind::Message, time, || error.to_string()),
+                if let LatticeError::ContactLaw { body, error } = error {
+                    freeze_body(&mut self.bodies[body as usize], &mut self.events, time, error.to_string());
+                } else {
+                    self.events.add(EventKind::Message, time, || error.to_string());
                 }
                 slot.tool.release(&slot.hand);
             }

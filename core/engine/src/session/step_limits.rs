@@ -64,7 +64,7 @@ impl StepLimits {
     pub(super) fn needed_substeps(&self, frequencies: &Frequencies, dt: f64) -> usize {
         match frequencies.limit(self.scheme) {
             StepLimit::At(limit) if limit > 0.0 => (dt / limit).ceil() as usize,
-            _ => 1,
+            StepLimit::At(_) | StepLimit::None => 1,
         }
     }
 

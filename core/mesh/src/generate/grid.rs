@@ -52,7 +52,7 @@ pub fn grid(cells: [u32; 2], size: [f64; 2], pattern: Pattern) -> Result<ObjDocu
         let (low, high) = (starts[row as usize], starts[row as usize + 1]);
         match pattern {
             Pattern::Equilateral => equilateral_row(&mut model, columns, low, high, row % 2 == 1),
-            _ => {
+            Pattern::Regular | Pattern::Alternating | Pattern::Irregular => {
                 for column in 0..columns {
                     let [a, b, d, c] = [low + column, low + column + 1, high + column, high + column + 1];
                     let falling = pattern == Pattern::Alternating && (row + column) % 2 == 1;

@@ -136,7 +136,7 @@ impl TetBox {
         let mut out = self.bytes(format);
         match format {
             TetFormat::Vtk | TetFormat::VtkBinary | TetFormat::Vtk5 => vtk_data(format, data, &mut out),
-            _ => {
+            TetFormat::Msh2 | TetFormat::Msh2Binary | TetFormat::Msh4 | TetFormat::Msh4Binary => {
                 msh_data("NodeData", "at nodes", 1, &data.nodes, format, &mut out);
                 msh_data("ElementData", "E", self.first_tetrahedron(), &data.elements, format, &mut out);
             }

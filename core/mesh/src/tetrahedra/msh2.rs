@@ -27,11 +27,10 @@ pub(super) fn nodes(words: &mut Words<'_>, mesh: &mut RawMesh) -> Result<(), Loc
 pub(super) fn of_node((at, problem): Located, number: u64) -> Located {
     use super::error::TetMeshProblem::{Ends, Word};
     let entity = format!("a coordinate of node {number}");
-    match problem {
-        Word { found, allowed, .. } => (at, Word { entity, found, allowed }),
-        Ends { .. } => (at, Ends { entity }),
-        other => (at, other),
+    if let Word { found, allowed, .. } = problem {
+        return (at, Word { entity, found, allowed });
     }
+    (at, if let Ends { .. } = problem { Ends { entity } } else { problem })
 }
 
 /// Reads the section of the elements. Each has its number, type, tags (the first one is that of its physical group) and nodes; in a binary file elements of one

@@ -184,7 +184,7 @@ impl<'a> Words<'a> {
     pub(super) fn size(&mut self, entity: &str) -> Result<u64, Located> {
         match self.encoding {
             Encoding::Text => self.parsed(entity, "a whole number, 0 or more", |word| word.parse().ok()),
-            _ => self.eight(entity),
+            Encoding::LittleEndian | Encoding::BigEndian => self.eight(entity),
         }
     }
 
@@ -195,7 +195,7 @@ impl<'a> Words<'a> {
     pub(super) fn int(&mut self, entity: &str) -> Result<i32, Located> {
         match self.encoding {
             Encoding::Text => self.parsed(entity, "a whole number", |word| word.parse().ok()),
-            _ => Ok(self.four(entity)? as i32),
+            Encoding::LittleEndian | Encoding::BigEndian => Ok(self.four(entity)? as i32),
         }
     }
 
@@ -207,7 +207,7 @@ impl<'a> Words<'a> {
         let at = self.at;
         let number = match self.encoding {
             Encoding::Text => return self.size(entity),
-            _ => self.int(entity)?,
+            Encoding::LittleEndian | Encoding::BigEndian => self.int(entity)?,
         };
         u64::try_from(number).map_err(|_| {
             let (entity, found) = (entity.into(), number.to_string());

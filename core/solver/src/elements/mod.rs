@@ -67,22 +67,12 @@ pub struct ElementSet {
     weighted: WeightedElements,
 }
 
-/// Number of nodes of an element of a kind, one of those of [`pliant_plugin_api::abi`].
-pub fn corners(kind: u32) -> usize {
-    match kind {
-        abi::POINT => 1,
-        abi::LINK => 2,
-        abi::TRIANGLE => 3,
-        _ => 4,
-    }
-}
-
 impl ElementSet {
     /// An empty set for a request.
     pub fn new(request: ElementRequest) -> Self {
         Self {
             request,
-            corners: corners(request.kind),
+            corners: request.corners(),
             list: ElementList::default(),
             rest_data: Vec::new(),
             history: Vec::new(),

@@ -359,12 +359,12 @@ impl Integrator {
 
     /// Attributes a state that is not finite to the material if its force is not finite, and to the solver otherwise.
     fn attribute(&self, error: StepError, system: &System) -> StepError {
-        match error {
-            StepError::Diverged { node } if !is_finite(self.force[node]) => {
-                system.material.not_finite("forces", node).into()
-            }
-            error => error,
+        if let StepError::Diverged { node } = error
+            && !is_finite(self.force[node])
+        {
+            return system.material.not_finite("forces", node).into();
         }
+        error
     }
 }
 

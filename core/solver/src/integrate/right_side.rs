@@ -88,7 +88,9 @@ impl<P: Fn(usize) -> Vec3> NullaryFnOnce for RightSide<'_, P> {
             for (lane, constraint) in constraints.iter().enumerate() {
                 z[lane] = match constraint {
                     Constraint::Free => Vec3::zeros(),
-                    _ => prescribed(first + at + lane) - v[at + lane],
+                    Constraint::Fixed | Constraint::Plane(_) | Constraint::Line(_) => {
+                        prescribed(first + at + lane) - v[at + lane]
+                    }
                 };
                 let free_part = constraint.filter(b[lane]);
                 squares[lane] += free_part.norm_squared();

@@ -183,10 +183,11 @@ pub fn widest<W: Work>(work: W) -> W::Output {
 /// Registers of 256 bits where the processor has them, for loops over eight numbers in single precision.
 pub fn arch_of_256_bits() -> pulp::Arch {
     #[cfg(target_arch = "x86_64")]
-    return match vector_unit() {
-        pulp::Arch::V4(_) => pulp::x86::V3::try_new().map_or(pulp::Arch::Scalar, pulp::Arch::V3),
-        unit => unit,
-    };
+    {
+        let unit = vector_unit();
+        let is_wider = matches!(unit, pulp::Arch::V4(_));
+        if is_wider { pulp::x86::V3::try_new().map_or(pulp::Arch::Scalar, pulp::Arch::V3) } else { unit }
+    }
     #[cfg(not(target_arch = "x86_64"))]
     pulp::Arch::Scalar
 }

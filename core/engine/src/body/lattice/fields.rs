@@ -95,10 +95,11 @@ impl Lattice {
                         let ends = || 0.5 * (of_node[a as usize].of(plane) + of_node[b as usize].of(plane));
                         of_link.get(&[a.min(b), a.max(b)]).map_or_else(ends, |mean| mean.of(plane))
                     })),
-                    _ => {
+                    abi::TETRAHEDRON => {
                         let of_elements = cells_of_tetrahedra(list, cells.len()).map(|cell| cells[cell][plane]);
                         list.fields.extend(of_elements);
                     }
+                    kind => unreachable!("a lattice lists no elements of kind {kind}"),
                 }
             }
         }

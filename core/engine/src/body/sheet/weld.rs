@@ -224,7 +224,8 @@ fn key_of(set: &ElementSet, nodes: &[u32], vertex_of: &[u32]) -> Option<[u32; 2]
     match set.request().kind {
         abi::TRIANGLE => None,
         abi::POINT => Some([vertex(nodes[0]); 2]),
-        _ => Some(sorted([vertex(nodes[0]), vertex(nodes[1])])),
+        abi::LINK | abi::HINGE => Some(sorted([vertex(nodes[0]), vertex(nodes[1])])),
+        kind => unreachable!("a sheet lists no elements of kind {kind}"),
     }
 }
 

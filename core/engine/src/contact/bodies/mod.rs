@@ -267,7 +267,7 @@ impl BodyCollisions {
         let inverse = |i: usize| match from.constraint[i] {
             _ if stands => 0.0,
             Constraint::Fixed => 0.0,
-            _ => 1.0 / from.mass[i],
+            Constraint::Free | Constraint::Plane(_) | Constraint::Line(_) => 1.0 / from.mass[i],
         };
         all.inverse_mass.extend((0..from.len()).map(inverse));
         let matrix = body.system.matrix.as_ref().filter(|matrix| matrix.rows() == from.len());

@@ -71,9 +71,11 @@ impl Opening<'_> {
             }
         };
         let grid = CellSource::Grid(self.shared.pool(key.clone(), grid));
-        let mut lattice = Lattice::new(grid, key, region, families).map_err(|error| match error {
-            LatticeError::Host(error) => self.refused(scene.grid.get_ref().level.span(), error),
-            error => SessionError::Lattice { body: name.clone(), error },
+        let mut lattice = Lattice::new(grid, key, region, families).map_err(|error| {
+            if let LatticeError::Host(error) = error {
+                return self.refused(scene.grid.get_ref().level.span(), error);
+            }
+            SessionError::Lattice { body: name.clone(), error }
         })?;
         if radius.is_none() {
             lattice.settings.radius = region_radius(lattice.edge(), self.tool_radii.largest);

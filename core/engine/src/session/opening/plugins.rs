@@ -55,11 +55,11 @@ impl Opening<'_> {
 
     /// Opens the contact law of a tool.
     pub(super) fn contact_law(&mut self, scene: &PluginScene) -> Result<Arc<ContactLaw>, SessionError> {
-        let at_plugin = |error| match error {
-            SessionError::Host(error @ HostError::NoSuchPlugin { .. }) => {
-                SessionError::Scene(self.source.error(scene.plugin.span(), error.to_string()))
+        let at_plugin = |error| {
+            if let SessionError::Host(error @ HostError::NoSuchPlugin { .. }) = error {
+                return SessionError::Scene(self.source.error(scene.plugin.span(), error.to_string()));
             }
-            error => error,
+            error
         };
         let found = self.plugin(PluginKind::ContactLaw, &scene.plugin, &scene.params);
         let (library, info, settings) = found.map_err(at_plugin)?;
