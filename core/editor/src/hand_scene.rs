@@ -81,12 +81,9 @@ pub fn has_release(kind: &dyn EditKind) -> bool {
     !kind.cuts() && !kind.changes_body()
 }
 
-/// Edit kinds that undo each other.
-const OPPOSITES: [[&str; 2]; 3] = [["inflate", "deflate"], ["grow", "shrink"], ["pin", "unpin"]];
-
 /// Name of the edit kind that does the opposite of the one called `kind`; `None` if the engine has none.
 pub fn opposite_kind(kind: &str) -> Option<&'static str> {
-    OPPOSITES.into_iter().find_map(|[a, b]| if a == kind { Some(b) } else { (b == kind).then_some(a) })
+    KINDS.iter().find(|other| other.name() == kind)?.opposite().map(EditKind::name)
 }
 
 /// The strokes of a hand that may paint `params` parameters, in the order of their buttons, from 0. Those that paint are the last, so that the number of

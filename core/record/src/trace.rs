@@ -1,5 +1,6 @@
 //! CSV files of a run: the trace, with a row for each step, and the final nodes.
 
+use pliant_engine::edit::EditKind;
 use pliant_engine::session::{Frame, Session};
 use std::io::{self, Write};
 
@@ -60,13 +61,8 @@ pub fn trace_cells(frame: &Frame) -> Vec<String> {
 pub(crate) fn write_row(frame: &Frame, out: &mut impl Write) -> io::Result<()> {
     write!(out, "{}", frame.time)?;
     for t in &frame.tools {
-        let contact = if t.grips {
-            "pull"
-        } else if t.contact.is_some() {
-            "touch"
-        } else {
-            ""
-        };
+        let gripping = t.edit.filter(|_| t.grips).map(EditKind::name);
+        let contact = gripping.unwrap_or(if t.contact.is_some() { "touch" } else { "" });
         let [[hx, hy, hz], [px, py, pz]] = [t.hand, t.proxy].map(<[f64; 3]>::from);
         let [[fx, fy, fz], [dx, dy, dz]] = [t.force, t.device_force].map(<[f64; 3]>::from);
         write!(out, ",{hx},{hy},{hz},{px},{py},{pz},{contact},{},{fx},{fy},{fz},{dx},{dy},{dz}", t.depth)?;

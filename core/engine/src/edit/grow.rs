@@ -13,16 +13,26 @@ use pliant_solver::Vec3;
 pub(super) struct Scale {
     name: &'static str,
     summary: &'static str,
+    /// The kind that does the opposite.
+    opposite: &'static Self,
     /// Goal displacement of each node of the brush at unit rate, m.
     displacements: fn(&Brush, &Body) -> Vec<Vec3>,
 }
 
 /// Scales it up.
-pub(super) static GROW: Scale =
-    Scale { name: "grow", summary: "Have the shape at rest grow where the tool touches.", displacements: outwards };
+pub(super) static GROW: Scale = Scale {
+    name: "grow",
+    summary: "Have the shape at rest grow where the tool touches.",
+    opposite: &SHRINK,
+    displacements: outwards,
+};
 /// Scales it down.
-pub(super) static SHRINK: Scale =
-    Scale { name: "shrink", summary: "Have the shape at rest shrink where the tool touches.", displacements: inwards };
+pub(super) static SHRINK: Scale = Scale {
+    name: "shrink",
+    summary: "Have the shape at rest shrink where the tool touches.",
+    opposite: &GROW,
+    displacements: inwards,
+};
 
 /// Default strain rate, 1/s.
 const RATE: f64 = 1.0;
@@ -50,6 +60,10 @@ impl EditKind for Scale {
 
     fn changes_body(&self) -> bool {
         true
+    }
+
+    fn opposite(&self) -> Option<&'static dyn EditKind> {
+        Some(self.opposite)
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {

@@ -16,16 +16,26 @@ use pliant_solver::Vec3;
 pub(super) struct Pressure {
     name: &'static str,
     summary: &'static str,
+    /// The kind that does the opposite.
+    opposite: &'static Self,
     /// 1 outwards, -1 inwards
     sign: f64,
 }
 
 /// The edit kind `inflate`: pressure on the surface along its outward normals.
-pub(super) static INFLATE: Pressure =
-    Pressure { name: "inflate", summary: "Press the surface near the hand outwards along its normals.", sign: 1.0 };
+pub(super) static INFLATE: Pressure = Pressure {
+    name: "inflate",
+    summary: "Press the surface near the hand outwards along its normals.",
+    opposite: &DEFLATE,
+    sign: 1.0,
+};
 /// The edit kind `deflate`: pressure on the surface against its outward normals.
-pub(super) static DEFLATE: Pressure =
-    Pressure { name: "deflate", summary: "Press the surface near the hand inwards along its normals.", sign: -1.0 };
+pub(super) static DEFLATE: Pressure = Pressure {
+    name: "deflate",
+    summary: "Press the surface near the hand inwards along its normals.",
+    opposite: &INFLATE,
+    sign: -1.0,
+};
 
 /// Default pressure, Pa.
 const PRESSURE: f64 = 1000.0;
@@ -45,6 +55,10 @@ impl EditKind for Pressure {
 
     fn strength(&self) -> Option<Strength> {
         Some(Strength { unit: "Pa", default: PRESSURE, range: None })
+    }
+
+    fn opposite(&self) -> Option<&'static dyn EditKind> {
+        Some(self.opposite)
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {

@@ -143,6 +143,16 @@ pub trait EditKind: Sync {
         self.cuts()
     }
 
+    /// Whether it presses surfaces and changes nothing else, so that it should leave a visible dent; there is a warning if it does not.
+    fn only_presses(&self) -> bool {
+        false
+    }
+
+    /// The kind that does the opposite; `None` if there is none.
+    fn opposite(&self) -> Option<&'static dyn EditKind> {
+        None
+    }
+
     /// Begins the edit with `tool` in a scene with `bodies` bodies.
     fn begin(&self, edit: &Edit, tool: &Tool, bodies: usize) -> Box<dyn Action>;
 }
@@ -268,4 +278,16 @@ pub trait Action: Send {
 
     /// Ends all contacts and grips, as when the hand is absent.
     fn release(&mut self) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_opposite_of_the_opposite_of_a_kind_is_the_kind() {
+        let pairs = KINDS.iter().filter_map(|kind| Some((*kind, kind.opposite()?)));
+        assert!(pairs.clone().all(|(kind, opposite)| opposite.opposite() == Some(kind) && opposite != kind));
+        assert_eq!(pairs.count(), 6);
+    }
 }

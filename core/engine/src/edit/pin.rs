@@ -15,15 +15,18 @@ use crate::tool::Tool;
 pub(super) struct Pin {
     name: &'static str,
     summary: &'static str,
+    /// The kind that does the opposite.
+    opposite: &'static Self,
     /// Whether nodes are pinned, or else freed.
     pins: bool,
 }
 
 /// The edit kind `pin`: what the tool touches no longer moves.
-pub(super) static PIN: Pin = Pin { name: "pin", summary: "Hold what the tool touches where it is.", pins: true };
+pub(super) static PIN: Pin =
+    Pin { name: "pin", summary: "Hold what the tool touches where it is.", opposite: &UNPIN, pins: true };
 /// The edit kind `unpin`: what the tool touches moves again.
 pub(super) static UNPIN: Pin =
-    Pin { name: "unpin", summary: "Free what was pinned where the tool touches.", pins: false };
+    Pin { name: "unpin", summary: "Free what was pinned where the tool touches.", opposite: &PIN, pins: false };
 
 impl EditKind for Pin {
     fn name(&self) -> &'static str {
@@ -40,6 +43,10 @@ impl EditKind for Pin {
 
     fn changes_body(&self) -> bool {
         true
+    }
+
+    fn opposite(&self) -> Option<&'static dyn EditKind> {
+        Some(self.opposite)
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {

@@ -24,6 +24,10 @@ impl EditKind for Touch {
         "Slide over surfaces and press them."
     }
 
+    fn only_presses(&self) -> bool {
+        true
+    }
+
     fn begin(&self, _edit: &Edit, _tool: &Tool, _bodies: usize) -> Box<dyn Action> {
         Box::new(Touching)
     }

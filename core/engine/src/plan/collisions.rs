@@ -2,7 +2,7 @@
 
 use super::Plan;
 use crate::contact::CollisionSettings;
-use crate::scene::{BodyScene, DEFAULT_FRICTION, Extent, IntegratorChoice, Scene, SceneError, Source};
+use crate::scene::{BodyScene, DEFAULT_FRICTION, Extent, Scene, SceneError, Source};
 
 /// Whether a body is to meet others.
 fn meets(body: &BodyScene) -> bool {
@@ -22,7 +22,7 @@ pub(super) fn check(body: &BodyScene, scene: &Scene, source: &Source) -> Result<
     let name = body.name.get_ref();
     for (key, given) in [("meets", &body.meets), ("self-contact", &body.self_contact)] {
         let Some(given) = given.as_ref().filter(|given| *given.get_ref()) else { continue };
-        let why = if scene.time.integrator == IntegratorChoice::QuasiStatic {
+        let why = if scene.time.integrator.scheme().is_some_and(|scheme| !scheme.has_inertia()) {
             "allowed is an integrator with inertia, as `backward-euler`: contact between bodies is found in their motion"
         } else if key == "self-contact" && body.sheet.is_none() {
             "allowed is a `sheet`: the cells of a solid keep its sides apart until they turn over"

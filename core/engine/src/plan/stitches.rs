@@ -2,7 +2,6 @@
 
 use super::{Plan, list};
 use crate::scene::{Extent, IntegratorChoice, Scene, SceneError, Source, StitchScene};
-use pliant_solver::Scheme;
 use toml::Spanned;
 
 /// Checks what is stitched together.
@@ -75,7 +74,7 @@ fn check_integrator(
     source: &Source,
 ) -> Result<(), SceneError> {
     match integrator.scheme() {
-        Some(scheme) if !scheme.is_implicit() || scheme == Scheme::QuasiStatic => {
+        Some(scheme) if !scheme.is_implicit() || !scheme.has_inertia() => {
             let text = format!(
                 "a `stitch` with the integrator `{}`; allowed is an implicit one with inertia, as `backward-euler`: ties are solved with the matrices \
                  of the bodies' steps",

@@ -190,8 +190,7 @@ impl Session {
     fn choose_preconditioners(&mut self, choice: PreconditionerChoice) {
         for ((body, integrator), found) in self.bodies.iter().zip(&mut self.integrators).zip(&self.limits.frequencies) {
             let nodes = body.system.nodes.len();
-            let reach =
-                if self.limits.scheme == Scheme::QuasiStatic { f64::INFINITY } else { self.clock.dt * found.stiffness };
+            let reach = if self.limits.scheme.has_inertia() { self.clock.dt * found.stiffness } else { f64::INFINITY };
             let (preconditioner, why) = match choice {
                 PreconditionerChoice::BlockJacobi => (Preconditioner::BlockJacobi, "the scene asks for it".into()),
                 PreconditionerChoice::Multilevel => (Preconditioner::Multilevel, "the scene asks for it".into()),

@@ -1,5 +1,6 @@
 //! Results of a step.
 
+use crate::edit::EditKind;
 use pliant_solver::Vec3;
 
 /// A tool at the end of a step.
@@ -11,6 +12,8 @@ pub struct ToolFrame {
     pub proxy: Vec3,
     /// Index of the body it touches or grips.
     pub contact: Option<u32>,
+    /// Kind of its active edit.
+    pub edit: Option<&'static dyn EditKind>,
     /// Whether it grips a body.
     pub grips: bool,
     /// Displacement of the surface at the contact, inwards or outwards, m.

@@ -388,6 +388,7 @@ impl Session {
             let pass = SafetyPass { counts, last, wanted, given: device_force };
             add_safety_events(&mut self.events, slot, &pass, time + dt);
             let mut felt = tool_frame(&slot.tool, slot.hand.position, force, device_force);
+            felt.edit = slot.edit.map(|edit| self.plan.edits[edit].kind);
             felt.has_torque = slot.has_torque;
             felt.torque = slot.tool.reaction_torque(slot.hand.position, &self.bodies);
             if self.devices[slot.device].facts.driven_axes >= TORQUE_AXES {
@@ -447,6 +448,7 @@ fn tool_frame(tool: &Tool, hand: Vec3, force: Vec3, device_force: Vec3) -> ToolF
         hand,
         proxy: tool.proxy.position,
         contact: tool.contact().map(|place| place.body),
+        edit: None,
         grips: tool.holds(),
         depth: tool.depth,
         force,

@@ -5,7 +5,7 @@ use super::body_contacts::BodyContacts;
 use super::{EventKind, Session};
 use crate::body::Body;
 use crate::contact::{TiePoint, TieRow};
-use pliant_solver::{Scheme, StepTime, Vec3};
+use pliant_solver::{StepTime, Vec3};
 use std::sync::Arc;
 
 /// Time in which a tie that begins with points apart brings them together, s.
@@ -234,10 +234,11 @@ impl Session {
     pub(super) fn refuses_ties(&self, pair: [usize; 2]) -> Option<String> {
         let names = pair.map(|index| self.bodies[index].name.as_str());
         let not = format!("bodies `{}` and `{}` are not stitched together", names[0], names[1]);
-        let (scheme, has_inertia) = (self.choices.integrator, self.limits.scheme != Scheme::QuasiStatic);
-        if !self.limits.scheme.is_implicit() || !has_inertia {
+        let scheme = self.limits.scheme;
+        if !scheme.is_implicit() || !scheme.has_inertia() {
+            let name = scheme.name();
             return Some(format!(
-                "{not}: the integrator is `{scheme}`; allowed is an implicit one with inertia, as `backward-euler`"
+                "{not}: the integrator is `{name}`; allowed is an implicit one with inertia, as `backward-euler`"
             ));
         }
         let local = pair.iter().find(|index| !self.bodies[**index].discretization.is_whole())?;

@@ -227,7 +227,7 @@ impl Session {
             return Some((WarningCode::ChangesNothing, text));
         }
         let body = &self.bodies.get(tally.body? as usize)?.name;
-        (!tally.is_shown && tally.depth > 0.0 && edit.kind.name() == "touch").then(|| {
+        (!tally.is_shown && tally.depth > 0.0 && edit.kind.only_presses()).then(|| {
             let text = format!(
                 "the {name} of tool `{tool}` pressed body `{body}` {:.3} mm deep and moved no vertex near the tool: its triangles are too \
                  large to show a dent; give the body `subdivide = \"auto\"`",

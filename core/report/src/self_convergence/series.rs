@@ -2,6 +2,7 @@
 
 use pliant_engine::scene::{IntegratorChoice, Scene};
 use pliant_engine::session::Session;
+use pliant_solver::Scheme;
 
 /// The setting of the step.
 pub(super) const STEP: &str = "time.dt";
@@ -12,6 +13,8 @@ pub(super) const LEVEL: &str = "body.0.grid.level";
 
 /// Residuals of the linear solver that are tried, the last as reference.
 const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-10];
+/// Schemes whose steps a full report refines, whichever the scene has.
+const COMMON_SCHEMES: [Scheme; 3] = [Scheme::SymplecticEuler, Scheme::BackwardEuler, Scheme::Bdf2];
 
 /// Runs that differ in one refined setting.
 pub(super) struct RefinementSeries {
@@ -32,7 +35,7 @@ pub(super) struct RefinementSeries {
 pub(super) fn refinement_series(scene: &Scene, session: &Session, quick: bool) -> Vec<RefinementSeries> {
     let mut all = step_series(scene, session, quick);
     let own = session.choices.integrator;
-    if !["symplectic-euler", "explicit-euler"].contains(&own) {
+    if Scheme::from_name(own).is_none_or(Scheme::is_implicit) {
         all.push(RefinementSeries {
             name: format!("{own}, solver"),
             axis: "relative residual of the solver (1)",
@@ -67,10 +70,10 @@ fn step_series(scene: &Scene, session: &Session, quick: bool) -> Vec<RefinementS
         path: STEP,
         values: values.clone(),
     };
-    if own == "quasi-static" {
+    if Scheme::from_name(own).is_some_and(|scheme| !scheme.has_inertia()) {
         return vec![series(own.into(), vec![])];
     }
-    let integrators = ["symplectic-euler", "backward-euler", "bdf2"].into_iter().filter(|name| *name == own || !quick);
+    let integrators = COMMON_SCHEMES.map(Scheme::name).into_iter().filter(|name| *name == own || !quick);
     let of = |name: &str| {
         let chosen = scene.time.integrator == IntegratorChoice::Auto && name == own;
         let name_in_rows = if chosen { format!("{name}, chosen") } else { name.to_owned() };

@@ -5,6 +5,7 @@ use crate::context::ReportContext;
 use crate::row::Row;
 use crate::scene_run::{SceneRun, SceneSource};
 use crate::settings::Setting;
+use pliant_solver::Scheme;
 use std::path::Path;
 
 /// Inputs of a stability report.
@@ -46,7 +47,7 @@ pub(super) fn scene_run<'r, 'a: 'r>(
     Some(SceneRun { path: Path::new(name), text, settings, threads, search, clock, stop: context.stop() })
 }
 
-/// Whether an integrator is explicit: it has a step limit.
+/// Whether the integrator with this name in scene files is explicit: it has a step limit.
 pub(super) fn is_explicit(integrator: &str) -> bool {
-    ["symplectic-euler", "explicit-euler"].contains(&integrator)
+    Scheme::from_name(integrator).is_some_and(|scheme| !scheme.is_implicit())
 }

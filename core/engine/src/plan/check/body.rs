@@ -76,7 +76,7 @@ impl Check<'_> {
         let Some(body) = scene.body.iter().find(|body| body.is_tetrahedral()) else { return Ok(()) };
         for edit in &scene.edit {
             if let Command::Tool(kind) = self.command(edit)?
-                && (kind.cuts() || kind.name() == "stitch")
+                && kind.changes_topology()
             {
                 let text = format!(
                     "edit kind `{}` where body `{}` is a tetrahedral mesh, which is neither cut nor stitched; allowed is another kind, or the body's surface as an OBJ file",

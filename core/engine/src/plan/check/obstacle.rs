@@ -1,7 +1,7 @@
 //! Checks of the obstacles of a scene, and of the friction and restitution of all that is met.
 
 use super::Check;
-use crate::scene::{IntegratorChoice, ObstacleScene, Scene, SceneError};
+use crate::scene::{ObstacleScene, Scene, SceneError};
 use pliant_mesh::TetMesh;
 use std::ops::Range;
 use toml::Spanned;
@@ -63,10 +63,11 @@ impl Check<'_> {
         let turns = &obstacle.rotation_path;
         self.path(turns.get_ref(), &format!("the rotation of obstacle `{name}`"), turns.span())?;
         self.restitution(obstacle.restitution.as_ref())?;
-        if scene.time.integrator == IntegratorChoice::QuasiStatic {
+        if let Some(scheme) = scene.time.integrator.scheme().filter(|scheme| !scheme.has_inertia()) {
             let text = format!(
-                "obstacle `{name}` with `integrator = \"quasi-static\"`; allowed is an integrator with inertia, as `backward-euler`: an equilibrium \
-                 without contact need not exist"
+                "obstacle `{name}` with `integrator = \"{}\"`; allowed is an integrator with inertia, as `backward-euler`: an equilibrium \
+                 without contact need not exist",
+                scheme.name()
             );
             return self.wrong(span, text);
         }

@@ -131,6 +131,11 @@ impl Scheme {
         }
     }
 
+    /// The scheme with this name in scene files; `None` if there is none.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|scheme| scheme.name() == name)
+    }
+
     /// Name in scene files, such as `backward-euler`.
     pub fn name(self) -> &'static str {
         self.properties().name
@@ -141,6 +146,14 @@ impl Scheme {
         match self.properties().method {
             Method::Explicit(_) => false,
             Method::Implicit(_) | Method::Equilibrium => true,
+        }
+    }
+
+    /// Whether the masses of the nodes enter a step: not in a step to static equilibrium.
+    pub fn has_inertia(self) -> bool {
+        match self.properties().method {
+            Method::Explicit(_) | Method::Implicit(_) => true,
+            Method::Equilibrium => false,
         }
     }
 }
@@ -223,5 +236,6 @@ mod tests {
         let mut names = Scheme::ALL.map(Scheme::name);
         names.sort_unstable();
         assert!(names.windows(2).all(|pair| pair[0] != pair[1]));
+        assert!(Scheme::ALL.into_iter().all(|scheme| Scheme::from_name(scheme.name()) == Some(scheme)));
     }
 }
