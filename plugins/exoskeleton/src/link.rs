@@ -9,9 +9,7 @@ use crate::receiver::{ReceiveCounts, Receiver};
 use crate::wire::{
     self, EFFECTOR_COUNT, FingerCommand, FingerState, Header, MAX_DATAGRAM_BYTES, MAX_VALID_US, TaxelLayout,
 };
-use std::collections::hash_map::RandomState;
-use std::hash::{BuildHasher, Hasher};
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
@@ -26,9 +24,15 @@ const CONNECT_INTERVAL: Duration = Duration::from_millis(2);
 /// Bytes of the receive buffer: one more than a valid datagram has, so that a longer one is not taken for a valid one when cut off.
 const BUFFER_BYTES: usize = MAX_DATAGRAM_BYTES + 1;
 
-/// A random number other than 0. It comes from the seed of the standard library's hash maps, which the system's generator fills.
-pub fn nonce() -> u64 {
-    RandomState::new().build_hasher().finish().max(1)
+/// A random number other than 0, from the generator of the operating system, so that no other process can guess it.
+///
+/// # Errors
+/// If the system has no random number; the message names its cause.
+pub fn nonce() -> io::Result<u64> {
+    let number = getrandom::u64().map_err(|cause| {
+        io::Error::other(format!("the system has no random number for the nonce of a session: {cause}"))
+    })?;
+    Ok(number.max(1))
 }
 
 /// What was received from the device.
@@ -95,8 +99,8 @@ impl Link {
     /// Binds a socket for a device at `peer`; bound to the loopback interface if `peer` is a loopback address. Sends nothing.
     ///
     /// # Errors
-    /// If the system refuses the socket.
-    pub fn new(peer: SocketAddr, layout: TaxelLayout, key: Option<Key>) -> std::io::Result<Self> {
+    /// If the system refuses the socket, or has no random number for the nonce.
+    pub fn new(peer: SocketAddr, layout: TaxelLayout, key: Option<Key>) -> io::Result<Self> {
         let local: SocketAddr = match peer {
             SocketAddr::V4(a) if a.ip().is_loopback() => (Ipv4Addr::LOCALHOST, 0).into(),
             SocketAddr::V4(_) => (Ipv4Addr::UNSPECIFIED, 0).into(),
@@ -118,7 +122,7 @@ impl Link {
             layout,
             key,
             start: Instant::now(),
-            own_nonce: nonce(),
+            own_nonce: nonce()?,
             peer_nonce: AtomicU64::new(0),
             sequence: AtomicU64::new(0),
             unsent: AtomicU64::new(0),

@@ -58,7 +58,7 @@ impl Emulator {
             self.wait_for_arrivals(tick_due_ns.min(schedule.end_ns));
             let now_ns = self.now_ns();
             while let Some(Datagram { address, bytes, .. }) = self.from_host.deliver(now_ns) {
-                if self.twin.receive(&bytes, address, now_ns) {
+                if self.twin.receive(&bytes, address, now_ns).map_err(|e| e.to_string())? {
                     self.to_host.begin_session();
                 }
             }
@@ -79,7 +79,7 @@ impl Emulator {
                 break;
             }
         }
-        self.end_session();
+        self.end_session()?;
         print_event(&self.end_event());
         Ok(())
     }
@@ -114,15 +114,16 @@ impl Emulator {
 
     /// Delivers what is still on its way in both directions, and sends the last pose past the network, so that it is not lost and the
     /// counters of host and twin can be compared.
-    fn end_session(&mut self) {
+    fn end_session(&mut self) -> Result<(), String> {
         self.deliver_to_host(u64::MAX);
         if let Some(pose) = self.twin.next_pose(self.now_ns(), true) {
             self.to_host.bypass(pose.sequence);
             let _ = self.socket.send_to(&pose.bytes, pose.address);
         }
         while let Some(Datagram { address, bytes, .. }) = self.from_host.deliver(u64::MAX) {
-            self.twin.receive(&bytes, address, self.now_ns());
+            self.twin.receive(&bytes, address, self.now_ns()).map_err(|e| e.to_string())?;
         }
+        Ok(())
     }
 
     fn end_event(&self) -> Value {

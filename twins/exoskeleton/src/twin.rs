@@ -6,6 +6,7 @@ use pliant_exoskeleton::key::Key;
 use pliant_exoskeleton::link::nonce;
 use pliant_exoskeleton::receiver::{ReceiveCounts, Receiver};
 use pliant_exoskeleton::wire::{self, EFFECTOR_COUNT, FingerCommand, Header, MAX_DATAGRAM_BYTES, TaxelLayout};
+use std::io;
 use std::net::SocketAddr;
 
 /// Silence of its host after which the device accepts another one, ns.
@@ -61,6 +62,8 @@ pub struct TwinCounts {
 struct Host {
     address: SocketAddr,
     nonce: u64,
+    /// Nonce of the device in the session with it.
+    device_nonce: u64,
     /// Whether it has returned the device's nonce.
     is_confirmed: bool,
     /// Arrival of the first datagram, then of the last that returned the device's nonce, ns.
@@ -82,8 +85,6 @@ pub struct Twin {
     key: Option<Key>,
     limits: Limits,
     host: Option<Host>,
-    /// Nonce of the device in this session.
-    own_nonce: u64,
     /// Nonce of the last host that said goodbye: its datagrams that arrive later must not begin a session.
     ended_host_nonce: u64,
     /// Sequence number of the last pose.
@@ -112,7 +113,6 @@ impl Twin {
             key,
             limits,
             host: None,
-            own_nonce: nonce(),
             ended_host_nonce: 0,
             sequence: 0,
             commands: [FingerCommand::default(); EFFECTOR_COUNT],
@@ -154,43 +154,47 @@ impl Twin {
     }
 
     /// Processes a datagram. Returns whether it began a session.
-    pub fn receive(&mut self, bytes: &[u8], address: SocketAddr, now_ns: u64) -> bool {
+    ///
+    /// # Errors
+    /// If it would begin a session and the system has no random number for the device's nonce.
+    pub fn receive(&mut self, bytes: &[u8], address: SocketAddr, now_ns: u64) -> io::Result<bool> {
         let (header, commands) = match wire::read_command(bytes, self.layout, self.key.as_ref()) {
             Ok(command) => command,
             Err(rejection) => {
                 rejection.count(&mut self.counts.received);
-                return false;
+                return Ok(false);
             }
         };
         let is_free = self.host.as_ref().is_none_or(|host| host.has_expired(now_ns));
-        let is_host =
-            self.host.as_ref().is_some_and(|host| host.address == address && host.nonce == header.sender_nonce);
-        let continues = is_host && header.receiver_nonce == self.own_nonce;
+        let same_host = self.host.as_ref().filter(|host| host.address == address && host.nonce == header.sender_nonce);
+        let is_host = same_host.is_some();
+        let continues = same_host.is_some_and(|host| host.device_nonce == header.receiver_nonce);
         let begins = is_free && !continues && header.sender_nonce != self.ended_host_nonce;
         if begins && !header.last {
-            self.own_nonce = nonce();
+            let device_nonce = nonce()?;
             self.sequence = 0;
             self.host = Some(Host {
                 address,
                 nonce: header.sender_nonce,
+                device_nonce,
                 is_confirmed: false,
                 heard_ns: now_ns,
                 receiver: Receiver::default(),
             });
-        } else if !is_host || (header.receiver_nonce != 0 && header.receiver_nonce != self.own_nonce) {
+        } else if !is_host || (header.receiver_nonce != 0 && !continues) {
             self.counts.received.foreign += 1;
-            return false;
+            return Ok(false);
         }
-        let Some(host) = &mut self.host else { return false };
+        let Some(host) = &mut self.host else { return Ok(false) };
         if !host.receiver.accept(header.sequence, &mut self.counts.received) {
-            return begins;
+            return Ok(begins);
         }
         let expires_ns = host.receiver.expiry_ns(header.time_ns, u64::from(header.valid_us) * 1000, now_ns);
-        if header.receiver_nonce == self.own_nonce {
+        if header.receiver_nonce == host.device_nonce {
             (host.is_confirmed, host.heard_ns) = (true, now_ns);
             self.apply(&header, commands, expires_ns, now_ns);
         }
-        begins
+        Ok(begins)
     }
 
     /// Applies a command of the host of this session.
@@ -198,7 +202,6 @@ impl Twin {
         if header.last {
             self.host = None;
             self.ended_host_nonce = header.sender_nonce;
-            self.own_nonce = nonce();
         }
         if header.stop {
             self.is_stopped = true;
@@ -254,7 +257,7 @@ impl Twin {
         let host = self.host.as_ref()?;
         self.sequence += 1;
         let header = Header {
-            sender_nonce: self.own_nonce,
+            sender_nonce: host.device_nonce,
             receiver_nonce: host.nonce,
             sequence: self.sequence,
             time_ns: now_ns,

@@ -43,12 +43,12 @@ fn twin_in_contact(key: Option<&Key>) -> (Twin, Header) {
     let fingers = Fingers::new(FingerPath::default(), HandModel::Keyframed, 0.0);
     let mut twin = Twin::new(LAYOUT, key.cloned(), Limits { force: 5.0, taxel_force: 0.073 }, fingers);
     let hello = Header { sender_nonce: 77, sequence: 1, time_ns: 1, ..Header::default() };
-    assert!(twin.receive(&command(&hello, 0.0, LAYOUT, key), host_address(), MS));
+    assert!(twin.receive(&command(&hello, 0.0, LAYOUT, key), host_address(), MS).unwrap());
     let Datagram { address, bytes, .. } = twin.next_pose(MS, false).expect("a pose for the new host");
     assert_eq!(address, host_address());
     let (pose_header, _) = wire::read_pose(&bytes, LAYOUT, key).expect("a valid pose");
     let header = Header { receiver_nonce: pose_header.sender_nonce, sequence: 2, valid_us: 200_000, ..hello };
-    twin.receive(&command(&header, 1.0, LAYOUT, key), host_address(), MS);
+    twin.receive(&command(&header, 1.0, LAYOUT, key), host_address(), MS).unwrap();
     assert_eq!(twin.force(MS), [[1.0, 0.0, 0.0]; 2], "a valid command is applied");
     (twin, header)
 }
@@ -126,7 +126,7 @@ fn attack_a_session(key: Option<&Key>) {
     let mut random = Random(0x1234_5678_9abc_def1);
     for i in 0..ATTACK_COUNT {
         let (bytes, from) = attack(&mut random, header, key);
-        twin.receive(&bytes, from, 2 * MS);
+        twin.receive(&bytes, from, 2 * MS).unwrap();
         assert_eq!(twin.force(2 * MS), [[1.0, 0.0, 0.0]; 2], "attack {i} was applied: {bytes:?} from {from}");
     }
     let after = twin.counts();
@@ -141,7 +141,7 @@ fn attack_a_session(key: Option<&Key>) {
     assert!(all_kinds, "{received:?}");
     // The session continues, and its next command expires as usual.
     let next = Header { sequence: 3, time_ns: 2 * MS, ..header };
-    twin.receive(&command(&next, 2.0, LAYOUT, key), host_address(), 2 * MS);
+    twin.receive(&command(&next, 2.0, LAYOUT, key), host_address(), 2 * MS).unwrap();
     assert_eq!(twin.force(2 * MS), [[2.0, 0.0, 0.0]; 2]);
     assert_eq!(twin.force(203 * MS), [[0.0; 3]; 2]);
 }
@@ -160,16 +160,16 @@ fn a_million_hostile_datagrams_are_not_applied_with_a_key() {
 fn a_late_command_after_the_goodbye_begins_no_session() {
     let (mut twin, header) = twin_in_contact(None);
     let goodbye = Header { sequence: 50_000, time_ns: 2 * MS, stop: true, last: true, ..header };
-    twin.receive(&command(&goodbye, 0.0, LAYOUT, None), host_address(), 2 * MS);
+    twin.receive(&command(&goodbye, 0.0, LAYOUT, None), host_address(), 2 * MS).unwrap();
     let before = twin.counts().received;
     let late = Header { sequence: 49_990, time_ns: 2 * MS, ..header };
-    assert!(!twin.receive(&command(&late, 1.0, LAYOUT, None), host_address(), 3 * MS), "no session begins");
+    assert!(!twin.receive(&command(&late, 1.0, LAYOUT, None), host_address(), 3 * MS).unwrap(), "no session begins");
     let after = twin.counts().received;
     assert_eq!((after.lost, after.foreign), (before.lost, before.foreign + 1), "one foreign datagram, none lost");
     assert!(twin.force(3 * MS) == [[0.0; 3]; 2] && twin.host_address().is_none());
     // Another host can connect.
     let hello = Header { sender_nonce: 78, sequence: 1, time_ns: 1, ..Header::default() };
-    assert!(twin.receive(&command(&hello, 0.0, LAYOUT, None), host_address(), 4 * MS));
+    assert!(twin.receive(&command(&hello, 0.0, LAYOUT, None), host_address(), 4 * MS).unwrap());
 }
 
 #[test]
@@ -192,10 +192,10 @@ fn the_host_rejects_broken_poses() {
 #[test]
 fn forces_are_clamped_to_the_limit_and_a_stop_is_immediate() {
     let (mut twin, header) = twin_in_contact(None);
-    twin.receive(&command(&Header { sequence: 3, ..header }, 50.0, LAYOUT, None), host_address(), MS);
+    twin.receive(&command(&Header { sequence: 3, ..header }, 50.0, LAYOUT, None), host_address(), MS).unwrap();
     assert_eq!(twin.force(MS), [[5.0, 0.0, 0.0]; 2]);
     let stop = Header { sequence: 4, stop: true, ..header };
-    twin.receive(&command(&stop, 50.0, LAYOUT, None), host_address(), MS);
+    twin.receive(&command(&stop, 50.0, LAYOUT, None), host_address(), MS).unwrap();
     assert_eq!(twin.force(MS), [[0.0; 3]; 2]);
 }
 
@@ -204,9 +204,9 @@ fn a_replayed_session_renders_nothing() {
     let (mut twin, header) = twin_in_contact(None);
     let recorded = command(&Header { sequence: 9, ..header }, 3.0, LAYOUT, None);
     // After a long silence the recording can begin a session, but it carries the nonce of the old one.
-    twin.receive(&recorded, host_address(), 5_000 * MS);
+    twin.receive(&recorded, host_address(), 5_000 * MS).unwrap();
     for i in 0..100 {
-        twin.receive(&recorded, host_address(), (5_000 + i) * MS);
+        twin.receive(&recorded, host_address(), (5_000 + i) * MS).unwrap();
         assert_eq!(twin.force((5_000 + i) * MS), [[0.0; 3]; 2]);
     }
 }
@@ -217,7 +217,7 @@ fn a_command_without_the_nonce_of_the_device_renders_nothing() {
     // With the address and the nonce of the host: what a sender can forge that does not receive the poses.
     for sequence in 3..100 {
         let forged = Header { receiver_nonce: 0, sequence, ..header };
-        twin.receive(&command(&forged, 3.0, LAYOUT, None), host_address(), MS);
+        twin.receive(&command(&forged, 3.0, LAYOUT, None), host_address(), MS).unwrap();
         assert_eq!(twin.force(MS), [[1.0, 0.0, 0.0]; 2]);
     }
 }
