@@ -1,13 +1,45 @@
-//! The interface between pliant and its plugins.
+//! The interface between pliant and its plugins: the C ABI, and safe Rust on top of it.
 //!
 //! A plugin is a shared library with one exported symbol. It offers materials (constitutive laws), grids (cells around a surface, and
 //! the embedding of the surface in them), devices (haptic hardware) or contact laws (tractions between tools and bodies); the host does
-//! everything else. [`abi`] is the binary interface, the same as in `include/pliant.h`. The rest is safe Rust on top of it: implement
-//! [`Material`], [`Grid`], [`Device`] or [`ContactLaw`], then call [`export_plugins`].
+//! everything else. A plugin sees no scene, no body and no solver. [`abi`] is the binary interface, the same as in `include/pliant.h`.
+//! Implement [`Material`], [`Grid`], [`Device`] or [`ContactLaw`], call [`export_plugins`], and test the plugin with the conformance suite
+//! of [`kit`].
 //!
 //! The host reads a plugin's descriptor and checks the scene's parameters against it, creates an instance, sets its parameters,
 //! activates it (the trait's `new`: the last chance to allocate), calls it from the thread classes the header states, then
 //! deactivates and destroys it. The library stays loaded until the program ends.
+//!
+//! # Example
+//! A contact law: a layer of springs (Winkler), whose traction is proportional to the overlap.
+//! ```
+//! use pliant_plugin_api::*;
+//!
+//! struct Winkler { stiffness: f64 }
+//! impl ContactLaw for Winkler {
+//!     const INFO: Info = Info {
+//!         id: c"org.example.winkler",
+//!         name: c"Winkler",
+//!         version: c"1.0.0",
+//!         summary: c"a layer of springs (Winkler 1867)",
+//!         params: &[Param::number(c"stiffness", c"Pa/m", 1.0..=1e12, 1e7, c"traction over overlap")],
+//!     };
+//!     fn new(params: &Params<'_>) -> Result<Self, Fault> {
+//!         Ok(Self { stiffness: params.number("stiffness") })
+//!     }
+//!     fn traction(&self, point: &ContactPoint, _: &[f64]) -> Result<PointTraction, Fault> {
+//!         let slope = if point.gap < 0.0 { -self.stiffness } else { 0.0 * point.gap };
+//!         Ok(PointTraction { normal: slope * point.gap, normal_by_gap: slope, ..PointTraction::default() })
+//!     }
+//! }
+//! export_plugins!(AsContactLaw<Winkler>);
+//!
+//! fn main() {
+//!     let overlap = ContactPoint { gap: -1e-3, ..ContactPoint::default() }; // m
+//!     assert_eq!(Winkler { stiffness: 2e7 }.traction(&overlap, &[]).unwrap().normal, 2e4); // Pa
+//!     kit::check::<AsContactLaw<Winkler>>();
+//! }
+//! ```
 
 #![deny(clippy::wildcard_enum_match_arm)]
 

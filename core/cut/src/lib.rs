@@ -1,7 +1,8 @@
 //! Progressive cutting of triangle meshes: a blade's edge moves through a mesh, advance by advance, and separates it along its path.
 //!
-//! This crate is geometry only, in the rest shape; [`Advance`] reports the changes from which others update elements, nodes and forces. An
-//! advance sweeps a strip of one or two triangles (facets), and for each of them
+//! This crate is geometry only, in the rest shape: it knows no nodes, elements or forces. [`CutMesh`] is a mesh with its history of cuts, a
+//! [`Stroke`] is a cut in progress, and an [`Advance`] reports the changes from which others update elements, nodes and forces. An advance
+//! sweeps a strip of one or two triangles (facets), and for each of them
 //!
 //! 1. `trace` computes the intersection of the facet with the mesh, with exact predicates, without changes;
 //! 2. `subdivide` splits the intersected triangles, with a new vertex on each intersected edge;
@@ -17,6 +18,28 @@
 //! Rejected: a plane through everything (a cut cannot end inside), removal of touched elements (loses volume), cutting first and closing holes
 //! afterwards (the hole of an unfinished cut is not planar and has no border on one side), mesh booleans with a thin wedge (closed input only, and
 //! the volume of the wedge is lost).
+//!
+//! # Example
+//! One stroke through a ball leaves two closed parts, whose volumes add up to that of the ball:
+//! ```
+//! use pliant_cut::{Blade, CutMesh, Stroke};
+//! use pliant_mesh::{Placement, generate};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let mut mesh = CutMesh::new(&generate::sphere(12, 0.05)?, &Placement::default());
+//! let before = mesh.surface().volume();
+//! let blade = |x: f64| Blade { tip: [x, 0.01, -0.1].into(), heel: [x, 0.012, 0.1].into() }; // m
+//! let mut stroke = Stroke::begin(blade(-0.08))?;
+//! mesh.advance(&mut stroke, blade(0.0))?;
+//! assert_eq!(mesh.parts().all.len(), 1, "a slit");
+//! mesh.advance(&mut stroke, blade(0.08))?;
+//! let parts = mesh.parts().all;
+//! assert!(parts.len() == 2 && parts.iter().all(|part| part.closed));
+//! let after: f64 = parts.iter().map(|part| part.volume).sum();
+//! assert!((after - before).abs() < 1e-12 * before);
+//! # Ok(())
+//! # }
+//! ```
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
