@@ -28,8 +28,8 @@ pub struct BodyScene {
     /// Metres per unit of the file, instead of `size` (0.01 if the file is in cm).
     #[schemars(with = "Option<f64>")]
     pub scale: Option<Spanned<f64>>,
-    /// How often every face is divided into four before the model is used: a number, or `auto` for sides of at most half the radius of the smallest
-    /// tool. Results have the divided faces.
+    /// Number of times that every face is divided into four before the model is used, or `auto` for edges of at most half the radius of the smallest
+    /// tool. Files of results have the divided faces.
     #[schemars(with = "Option<Level>")]
     pub subdivide: Option<Spanned<Level>>,
     /// Position of the model's origin or, with `size`, of the centre of its box.
@@ -59,17 +59,17 @@ pub struct BodyScene {
     #[serde(default)]
     #[schemars(with = "Vec<FibreScene>")]
     pub fibre: Vec<Spanned<FibreScene>>,
-    /// Seams of a sheet, closed from the start: as of a sewing pattern.
+    /// Seams of a sheet, as of a sewing pattern, closed from the start.
     #[serde(default)]
     #[schemars(with = "Vec<SeamScene>")]
     pub stitch: Vec<Spanned<SeamScene>>,
-    /// Whether it meets the other bodies that do; `false` by default.
+    /// Whether it collides with the other bodies whose `meets` is `true`; `false` by default.
     #[schemars(with = "Option<bool>")]
     pub meets: Option<Spanned<bool>>,
-    /// Whether a sheet meets itself; `false` by default.
+    /// Whether a sheet collides with itself; `false` by default.
     #[schemars(with = "Option<bool>")]
     pub self_contact: Option<Spanned<bool>>,
-    /// Static and kinetic friction coefficient at other bodies and at itself; of two bodies the smaller ones count. The default, 0.35 and 0.3, is an
+    /// Static and kinetic friction coefficient on other bodies and on itself; between two bodies the smaller ones apply. The default, 0.35 and 0.3, is an
     /// assumption.
     #[schemars(with = "Option<[f64; 2]>")]
     pub friction: Option<Spanned<[f64; 2]>>,
@@ -191,7 +191,7 @@ pub struct SheetScene {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum WarpScene {
-    /// A vector.
+    /// A vector in the placed rest shape, of any length above 0.
     Axis([f64; 3]),
     /// A direction given by name.
     Name(WarpName),
@@ -229,11 +229,11 @@ pub struct GridScene {
     /// Radius of a local region; by default the larger of 10 cells and 4 radii of the largest tool.
     #[schemars(with = "Option<Length>")]
     pub radius: Option<Spanned<Length>>,
-    /// Time constant with which cells that a tool has left return to rest.
+    /// Time constant with which cells return to rest after a tool has left them.
     #[schemars(with = "Time")]
     pub relaxation: Spanned<Time>,
-    /// Whether the surface follows the nodes with continuous slopes; `true` by default. `false` uses trilinear weights, which show creases along the cells. Bodies
-    /// whose material can fail have trilinear weights, for slopes would be continued across cracks.
+    /// Whether the surface is interpolated from the nodes with continuous slopes; `true` by default. `false` uses trilinear weights, which show creases along
+    /// the cells. Bodies whose material can fail have trilinear weights, because slopes would continue across cracks.
     #[schemars(with = "Option<bool>")]
     pub smooth: Option<Spanned<bool>>,
 }
@@ -273,16 +273,16 @@ pub struct FixedScene {
     pub ball: Option<[Length; 3]>,
     /// Radius of the ball.
     pub radius: Option<Length>,
-    /// A name of `g` or `o` lines of the OBJ file: the vertices of its faces, or for a solid the corners of the cells that contain its faces. Of a tetrahedral mesh a
-    /// physical group: its nodes.
+    /// A name of `g` or `o` lines of the OBJ file: the vertices of its faces, or for a solid the corners of the cells that contain its faces. For a tetrahedral
+    /// mesh a physical group: its nodes.
     #[schemars(with = "Option<String>")]
     pub group: Option<Spanned<String>>,
-    /// Numbers of nodes; for a whole region only. Of a tetrahedral mesh those in the file: tags in a `.msh`, places from 0 in a `.vtk`.
+    /// Numbers of nodes; for a whole region only. For a tetrahedral mesh they are those of the file: tags in a `.msh`, positions from 0 in a `.vtk`.
     pub nodes: Option<Vec<u32>>,
-    /// For a sheet: whether border edges with both ends held keep their direction at rest.
+    /// For a sheet: whether border edges with both ends held are clamped, which keeps their direction at rest.
     #[serde(default)]
     pub clamp: bool,
-    /// Rows of time (s) and displacement (m): linear between, constant outside.
+    /// Displacement over time: rows of time (s) and displacement along x, y and z (m), linear between the rows and constant outside.
     #[serde(default)]
     pub path: Vec<[f64; 4]>,
 }
@@ -291,7 +291,7 @@ pub struct FixedScene {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct FieldScene {
-    /// Key of the parameter; `pliant plugin info` tells which may vary.
+    /// Key of the parameter; `pliant plugin info` lists those that may vary.
     #[schemars(with = "String")]
     pub param: Spanned<String>,
     /// Factor within the box, ball or group, 0.1 to 10; 1 elsewhere.
@@ -304,21 +304,22 @@ pub struct FieldScene {
     pub ball: Option<[Length; 3]>,
     /// Radius of the ball.
     pub radius: Option<Length>,
-    /// A name of `g` or `o` lines of the OBJ file: material nearest to its faces. Of a tetrahedral mesh a physical group of faces, or of tetrahedra: these.
+    /// A name of `g` or `o` lines of the OBJ file: material nearest to its faces. For a tetrahedral mesh a physical group: material nearest to its faces, or its
+    /// tetrahedra.
     #[schemars(with = "Option<String>")]
     pub group: Option<Spanned<String>>,
-    /// A channel of the vertex colours (`v x y z r g b`), 0 to 1; the nearest point of the surface counts.
+    /// A channel of the vertex colours (`v x y z r g b`), 0 to 1; material has the value of the nearest point of the surface.
     pub colour: Option<Channel>,
     /// Factors at 0 and 1 of the channel or the texture, interpolated geometrically; 0.1 and 10 by default.
     pub range: Option<[f64; 2]>,
-    /// Path, relative to the scene, of a file with one line for each vertex: its factor. The nearest point of the surface counts.
+    /// Path, relative to the scene, of a file with a line for each vertex, which is its factor. Material has the factor of the nearest point of the surface.
     #[schemars(with = "Option<String>")]
     pub csv: Option<Spanned<String>>,
     /// A grey PNG image, relative to the scene, by the texture coordinates (`vt`) at the nearest place of the surface.
     #[schemars(with = "Option<String>")]
     pub texture: Option<Spanned<String>>,
-    /// Numbers that the file of a tetrahedral mesh has at its nodes, linear between them, or at its elements: the name of their array. Factors, or with `unit` values of
-    /// the parameter, 0.1 to 10 times that of the material.
+    /// Name of an array in the file of a tetrahedral mesh, at its nodes (linear between them) or at its elements. Its values are factors, or with `unit` values
+    /// of the parameter; allowed is 0.1 to 10 times the value of the material.
     #[schemars(with = "Option<String>")]
     pub data: Option<Spanned<String>>,
     /// Unit of the values of `data`, as `kPa`.
@@ -339,8 +340,8 @@ impl FieldScene {
 pub enum Channel {
     /// The first of the three numbers after the coordinates of a vertex.
     Red,
-    /// The second of them.
+    /// The second of the three numbers after the coordinates of a vertex.
     Green,
-    /// The third of them.
+    /// The third of the three numbers after the coordinates of a vertex.
     Blue,
 }

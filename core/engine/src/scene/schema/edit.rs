@@ -8,11 +8,11 @@ use serde::Deserialize;
 use std::borrow::Cow;
 use toml::Spanned;
 
-/// What is done with a tool, and when.
+/// An edit: what is done with a tool, and when.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct EditScene {
-    /// What the edit does.
+    /// Kind of the edit, such as `touch` or `cut`.
     #[schemars(with = "EditName")]
     pub kind: Spanned<EditName>,
     /// Name of the tool; absent for `undo` and `redo`.
@@ -48,7 +48,7 @@ pub struct EditScene {
     /// Parameter of the material that a `paint` changes, such as `density`; `young`, the stiffness, by default.
     #[schemars(with = "Option<String>")]
     pub param: Option<Spanned<String>>,
-    /// How deep a `paint` goes: `through` by default, `surface`, or the thickness of a layer in m.
+    /// Depth to which a `paint` changes the material: `through` (default), `surface`, or the thickness of a layer in m.
     #[schemars(with = "Option<Amount>")]
     pub depth: Option<Spanned<Amount>>,
     /// Whether each part of the bodies that a `cut` has cut becomes a body of its own at the end of the edit; `false` by default.
@@ -111,10 +111,10 @@ impl JsonSchema for EditName {
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum Release {
-    /// It returns to the rest shape.
+    /// The body returns to the rest shape.
     #[default]
     SpringBack,
-    /// It becomes the new rest shape.
+    /// The present shape becomes the new rest shape.
     Keep,
 }
 

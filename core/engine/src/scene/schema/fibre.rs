@@ -16,13 +16,13 @@ pub struct FibreScene {
     /// Circles or helices around an axis.
     #[schemars(with = "Option<AroundScene>")]
     pub around: Option<Spanned<AroundScene>>,
-    /// Points of a curve, 2 or more: fibres have its direction at its nearest place.
+    /// Points of a curve, 2 or more: a fibre has the direction of the curve at its nearest point.
     #[schemars(with = "Option<Vec<[Length; 3]>>")]
     pub along: Option<Spanned<Vec<[Length; 3]>>>,
-    /// Path, relative to the scene, of a file with a point and a direction a line: `x, y, z, dx, dy, dz`. Directions between are weighted means.
+    /// Path, relative to the scene, of a file with a point and a direction in each line: `x, y, z, dx, dy, dz`. Directions between points are weighted means.
     #[schemars(with = "Option<String>")]
     pub csv: Option<Spanned<String>>,
-    /// In which axes directions and points are: those of the scene, or those of the model, which its `position`, `rotation`, `size` and `scale` place.
+    /// Axes of directions and points: those of the scene, or those of the model before `position`, `rotation`, `size` and `scale`.
     #[serde(default)]
     pub axes: FibreAxes,
     /// A box, by the corners with the least and the greatest coordinates in the scene.
@@ -59,9 +59,9 @@ fn no_angle() -> Angle {
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum FibreAxes {
-    /// Those of the scene, with the body at rest.
+    /// Axes of the scene, with the body at rest.
     #[default]
     Scene,
-    /// Those of the model as its file has them: points are in units of the file.
+    /// Axes of the model in its file; points are in units of the file.
     Model,
 }

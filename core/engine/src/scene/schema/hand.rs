@@ -21,8 +21,8 @@ pub struct DeviceScene {
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub params: BTreeMap<String, Spanned<toml::Value>>,
-    /// Recording of a session (`.rec`) in the place of a plugin: its hands move the tools again, step by step, and its commands (undo, redo,
-    /// sizes of the tools) come with them. `[time] dt` must be that of the recording.
+    /// Recording of a session (`.rec`) instead of a plugin: its hands move the tools again, step by step, and its commands (undo, redo, sizes of the
+    /// tools) are repeated. `[time] dt` must be that of the recording.
     #[schemars(with = "Option<String>")]
     pub recording: Option<Spanned<String>>,
     /// Name of the device in the recording; by default this device's name, or that of the only recorded device.
@@ -99,7 +99,7 @@ pub struct ToolScene {
     #[serde(default)]
     #[schemars(with = "Option<SheetContact>")]
     pub sheets: Option<Spanned<SheetContact>>,
-    /// Contact law plugin and its parameters: the force on what the tool meets, in the place of springs, `friction` and `restitution`. On sheets it acts at
+    /// Contact law plugin and its parameters: the traction between tool and body, instead of springs, `friction` and `restitution`. On sheets it acts at
     /// vertices, with `sheets = "penalty"`.
     #[serde(default)]
     #[schemars(with = "Option<PluginScene>")]
@@ -141,7 +141,7 @@ pub enum SheetContact {
     /// Constraints: vertices that would enter the tool stay on its surface. Exact; the default where edges are at most as long as the
     /// tool's smallest dimension.
     Vertices,
-    /// Augmented Lagrangian at points of triangles: springs with the tool's `stiffness` and a force that is updated until none penetrates.
+    /// Augmented Lagrangian at points of triangles: springs with the tool's `stiffness`, and multipliers that are updated until no point penetrates.
     Triangles,
     /// Penalty method: a spring with the tool's `stiffness` at each vertex inside, which penetrates in proportion to the force. For comparison.
     Penalty,

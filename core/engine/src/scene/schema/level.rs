@@ -5,10 +5,10 @@ use serde::de::{Deserialize, Deserializer, Error, Visitor};
 use std::borrow::Cow;
 use std::fmt;
 
-/// A level, or that it is chosen when the scene is opened.
+/// The number of a level, or `auto`: it is chosen when the scene is opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// The coarsest that is at most half as wide as the smallest tool's radius, within a number of cells or faces.
+    /// The coarsest level whose cells or faces are at most half as wide as the radius of the smallest tool, as far as their number stays within a limit.
     Auto,
     /// The level with this number, from 1.
     At(u32),

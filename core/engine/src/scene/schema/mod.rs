@@ -227,14 +227,14 @@ pub struct OutputScene {
     pub parts: Spanned<PartsScene>,
 }
 
-/// Where the parts of a model go.
+/// Files to which the parts of a model are written.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum PartsScene {
-    /// Into the file of the model alone.
+    /// Only the file of the model, with all parts.
     #[default]
     Together,
-    /// Into a file for each part as well.
+    /// The file of the model with all parts, and a file for each part.
     Files,
 }
 

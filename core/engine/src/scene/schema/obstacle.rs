@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
-/// An obstacle: a rigid thing that bodies meet and that feels nothing, as a floor or a table. Tools pass through it.
+/// An obstacle: a rigid object, such as a floor or a table, that bodies collide with and that no force moves. Tools pass through it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ObstacleScene {
@@ -38,14 +38,15 @@ pub struct ObstacleScene {
     #[serde(default = "default_friction")]
     #[schemars(with = "[f64; 2]")]
     pub friction: Spanned<[f64; 2]>,
-    /// Of the speed at which a point of a body meets it, what they part with: 0, the default, to 1.
+    /// Coefficient of restitution: separating over approaching normal speed, 0 (default) to 1.
     #[schemars(with = "Option<f64>")]
     pub restitution: Option<Spanned<f64>>,
-    /// Rows of time (s) and displacement (m): linear between, constant outside.
+    /// Displacement over time: rows of time (s) and displacement along x, y and z (m), linear between the rows and constant outside.
     #[serde(default = "default_path")]
     #[schemars(with = "Vec<[f64; 4]>")]
     pub path: Spanned<Vec<[f64; 4]>>,
-    /// Rows of time (s) and rotation vector (degrees) about `position`, moved along `path` and after `rotation`: linear between, constant outside.
+    /// Rotation over time: rows of time (s) and rotation vector (degrees), linear between the rows and constant outside. It is applied after `rotation`, about
+    /// `position` moved along `path`.
     #[serde(default = "default_path")]
     #[schemars(with = "Vec<[f64; 4]>")]
     pub rotation_path: Spanned<Vec<[f64; 4]>>,
@@ -55,7 +56,7 @@ pub struct ObstacleScene {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ObstacleShapeScene {
-    /// `sphere`, `capsule`, `box` or `plane`; a plane is all that is below `position`, z being up.
+    /// `sphere`, `capsule`, `box` or `plane`; a plane is the half-space below `position` (z is up).
     #[schemars(with = "String")]
     pub kind: Spanned<String>,
     /// Radius of a `sphere` or `capsule`.

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
-/// Points of two bodies that are tied together. The two bodies need no `meets`, and do not meet each other while they are stitched.
+/// Points of two bodies that are tied together. The two bodies need no `meets`, and do not collide with each other while they are stitched.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct StitchScene {
@@ -15,7 +15,7 @@ pub struct StitchScene {
     /// Pairs of a vertex of the first body and one of the second, counted from 0 in the order of the OBJ. Give either this or `distance`.
     #[schemars(with = "Option<Vec<[u32; 2]>>")]
     pub pairs: Option<Spanned<Vec<[u32; 2]>>>,
-    /// Vertices of the finer of the two surfaces that are nearer than this to the other one, and face it, are tied to its nearest points: about one for each node.
+    /// Distance below which vertices of the finer surface that face the other surface are tied to its nearest points; about one tie for each node.
     #[schemars(with = "Option<Length>")]
     pub distance: Option<Spanned<Length>>,
     /// Time in which points that are apart are drawn together; 0, the default, allows a quarter of an edge between them, which closes in 0.1 s.
