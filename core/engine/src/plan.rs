@@ -53,11 +53,11 @@ pub struct Edit {
     pub place: String,
     /// Index in [`Plan::tools`].
     pub tool: usize,
-    /// When it acts.
+    /// Time span in which it acts.
     pub span: TimeSpan,
     /// Button that must be down for the edit to act.
     pub button: Option<u32>,
-    /// What happens to the shape at the end.
+    /// What happens to the shape at the end of the edit.
     pub release: Release,
     /// Force above which it lets go, N.
     pub limit: Option<f64>,
@@ -67,13 +67,13 @@ pub struct Edit {
     pub falloff: Falloff,
     /// Strength, in the SI unit of its kind; `None` for the default of the kind.
     pub strength: Option<f64>,
-    /// Factor of the strength that the session has been asked for; 1 at first. What paints ignores it.
+    /// Factor on the strength, set by the session's commands; 1 at first. Edits that paint ignore it.
     pub strength_factor: f64,
     /// Parameter of the material that it paints.
     pub param: Option<String>,
-    /// How deep it paints.
+    /// Depth from the surface to which it paints.
     pub depth: PaintDepth,
-    /// Whether the parts of what it has cut become bodies of their own at its end.
+    /// Whether the parts of a body that it has cut become bodies of their own at the end of the edit.
     pub splits: bool,
 }
 
@@ -154,7 +154,7 @@ impl Plan {
         plan.find_stitched(scene);
         plan.find_probes(scene, source)?;
         plan.list_gravity(scene);
-        plan.list_small_things(scene);
+        plan.list_left_out_options(scene);
         Ok(plan)
     }
 
@@ -320,8 +320,8 @@ impl Plan {
         }
     }
 
-    /// Records which of friction, damping, grids, energies and frames are left out.
-    fn list_small_things(&mut self, scene: &Scene) {
+    /// Lists the options that the scene does not use: friction, damping, grids, energies and frames.
+    fn list_left_out_options(&mut self, scene: &Scene) {
         let own: Vec<usize> =
             self.tools.iter().zip(&self.mirrors).filter(|of| of.1.is_none()).map(|of| *of.0).collect();
         for t in own {

@@ -5,23 +5,24 @@ use super::fixing::Place;
 use super::skin::nearest_triangle;
 use pliant_solver::Vec3;
 
-/// Points of a cloud that a direction is a mean of.
+/// Number of nearest points of a cloud over which a direction is averaged.
 const NEIGHBOURS: usize = 4;
 
 /// Directions of the fibres of a body.
 #[derive(Clone, Debug)]
 pub struct Fibres {
-    /// In the order of the scene: the last one that applies counts.
+    /// Entries in the order of the scene; of those whose part contains a point, the last one applies.
     entries: Vec<FibreEntry>,
+    /// Model with a search tree, to find the triangle or tetrahedron at a point.
     surface: FieldSurface,
 }
 
 /// Directions in a part of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FibreEntry {
-    /// Where they are.
+    /// Part of the body that they fill.
     pub part: FibrePart,
-    /// What they are.
+    /// Field of lines whose tangents they are.
     pub lines: FibreLines,
 }
 
@@ -30,11 +31,11 @@ pub struct FibreEntry {
 pub enum FibrePart {
     /// The whole body.
     Whole,
-    /// What is within a box or ball.
+    /// Points within a box or ball.
     Place(Place),
-    /// What is nearest to triangles of the surface: whether to each.
+    /// Points nearest to some triangles of the surface: `true` for each of these triangles (m).
     Triangles(Vec<bool>),
-    /// Some tetrahedra of the model: whether each.
+    /// Some tetrahedra of the model: `true` for each of these (t).
     Tetrahedra(Vec<bool>),
 }
 
@@ -54,12 +55,12 @@ pub enum FibreLines {
     },
     /// Lines along a curve through points.
     Along(Curve),
-    /// Directions at points, and weighted means between.
+    /// Directions at points, and weighted means between the points.
     Cloud(DirectionCloud),
 }
 
 impl Fibres {
-    /// Directions of `entries`, of which the last one that applies counts.
+    /// Directions of `entries`; of those whose part contains a point, the last one applies.
     pub fn new(entries: Vec<FibreEntry>, surface: FieldSurface) -> Self {
         Self { entries, surface }
     }
@@ -108,7 +109,7 @@ impl FibreLines {
 /// A curve through points, with tangents that are continuous.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// m, two or more, neighbours apart.
+    /// Two or more points, m; no two neighbours coincide.
     points: Vec<Vec3>,
     /// Unit tangent at each point: the mean direction of the segments beside it.
     tangents: Vec<Vec3>,

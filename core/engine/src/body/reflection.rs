@@ -38,8 +38,8 @@ impl Reflection {
         }
     }
 
-    /// Rotation of the mirror image of a thing that has this rotation. With M the reflection, what is rotated is reflected first in its own frame, by D ([`Reflection::in_own_frame`]), for a
-    /// rotation has no mirror image that is one: M R D. Along axes D is M.
+    /// Rotation of the mirror image of an object with rotation R: `M R D`. M is this reflection and D the reflection of the object in its own frame
+    /// ([`Reflection::in_own_frame`]), because M R alone is not a rotation. For reflections along axes D is M.
     pub fn rotation(&self, rotation: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
         match self {
             // A rotation axis is a pseudovector.
@@ -54,7 +54,7 @@ impl Reflection {
         }
     }
 
-    /// What a direction in the frame of a thing becomes in the frame of its mirror image.
+    /// A direction in the frame of an object, reflected to the frame of its mirror image.
     pub fn in_own_frame(&self, direction: Vec3) -> Vec3 {
         match self {
             Self::Axes(axes) => mirrored(direction, *axes),
@@ -62,7 +62,7 @@ impl Reflection {
         }
     }
 
-    /// What it is, for messages and names of tools: `x and z`, or the normal of a plane.
+    /// Description for messages and names of tools: `x and z`, or the normal of a plane.
     pub fn words(&self) -> String {
         match self {
             Self::Axes(axes) => {

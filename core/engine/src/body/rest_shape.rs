@@ -16,22 +16,22 @@ const MIN_AREA: f64 = 1e-3;
 /// The shape of a body at rest.
 #[derive(Clone)]
 pub struct RestShape {
-    /// m, positions of the vertices (n x 3)
+    /// Positions of the vertices, m (n x 3).
     settled: Arc<Vec<Vec3>>,
-    /// Of a lattice: offsets of its nodes. Empty for a sheet, whose nodes are its vertices.
+    /// Changes by edits at the nodes of a lattice; empty for a sheet, whose nodes are its vertices.
     offsets: Arc<RestOffsets>,
 }
 
-/// The difference of two shapes at rest of a body with the same connectivity in both; what is equal is left out.
+/// The difference of two shapes at rest of a body with the same connectivity in both. Equal vertices and nodes are not stored.
 #[derive(Clone, Default)]
 pub struct RestDifference {
-    /// m, by vertex
+    /// Displacement of each vertex that differs, m.
     vertices: BTreeMap<u32, Vec3>,
-    /// Of a lattice, by node.
+    /// Difference of the offset of each lattice node that differs.
     nodes: BTreeMap<LatticeNode, RestOffset>,
 }
 
-/// What a shape at rest would turn inside out or flatten.
+/// Cells or triangles that a shape at rest would turn inside out or flatten.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlatPart {
     /// `cells` of a lattice or `triangles` of a sheet.
@@ -43,7 +43,7 @@ pub struct FlatPart {
 }
 
 impl RestShape {
-    /// What has changed since another shape of the same body.
+    /// The difference from an earlier shape of the same body to this one.
     pub fn since(&self, before: &Self) -> RestDifference {
         let mut difference = RestDifference::default();
         if !Arc::ptr_eq(&self.settled, &before.settled) {
@@ -77,7 +77,7 @@ impl RestShape {
         }
     }
 
-    /// Becomes what is below `layers` (differences with their factors) in the shape `now`, wherever `changed` says that this has changed.
+    /// Sets the vertices and nodes of `changed` to those of `now` minus `layers`, each a difference with its factor; the others stay.
     pub fn go_below<'a>(
         &mut self,
         now: &Self,

@@ -34,7 +34,7 @@ pub struct LawContacts {
     tractions: [Tractions; 2],
 }
 
-/// Largest number of slip rates at which a law is asked in a step.
+/// Largest number of slip rates at which a law is evaluated in a step.
 const MAX_LAW_EVALUATIONS: usize = 8;
 /// Gap, in length scales of the tool, up to which a contact lasts beyond the law's reach.
 pub const LAW_MARGIN: f64 = 0.01;
@@ -65,13 +65,13 @@ impl LawContacts {
         &self.law
     }
 
-    /// Ends all contacts; their histories are gone.
-    pub fn leave(&mut self) {
+    /// Ends all contacts and discards their histories.
+    pub fn clear_contacts(&mut self) {
         self.points.clear();
         self.histories.clear();
     }
 
-    /// Whether the point `key` was in contact in the last step, and its normal then.
+    /// Contact normal of the point `key` in the last step; `None` if it was not in contact.
     pub fn normal_of(&self, key: u32) -> Option<Vec3> {
         find(&self.points, key).map(|at| self.points[at].near.normal)
     }
@@ -117,11 +117,11 @@ impl LawContacts {
             return Ok(());
         }
         self.set_histories();
-        self.ask(false, time)?;
+        self.evaluate_law(false, time)?;
         self.points.iter_mut().for_each(|point| point.expected = point.slip_rate(point.near.velocity));
         for evaluation in 0..MAX_LAW_EVALUATIONS {
             self.points.iter_mut().for_each(LawPoint::leave_rest);
-            self.ask(true, time)?;
+            self.evaluate_law(true, time)?;
             let sliding = &self.tractions[1];
             let raise = |(i, point): (usize, &mut LawPoint)| point.raise_speed(i, sliding, time.dt);
             if evaluation + 1 == MAX_LAW_EVALUATIONS
@@ -138,8 +138,8 @@ impl LawContacts {
         Ok(())
     }
 
-    /// Asks the law for the tractions at the end of a step, without slip or at the expected slip rates.
-    fn ask(&mut self, with_slip: bool, time: StepTime) -> Result<(), HostError> {
+    /// Evaluates the law for the tractions at the end of a step, without slip or at the expected slip rates.
+    fn evaluate_law(&mut self, with_slip: bool, time: StepTime) -> Result<(), HostError> {
         for (i, point) in self.points.iter().enumerate() {
             let rate = if with_slip { point.expected } else { [0.0; 2] };
             let gap = point.near.gap + time.dt * point.near.velocity.dot(&point.near.normal);

@@ -76,7 +76,7 @@ impl LayerLaw {
 
     /// Ends the contact.
     pub fn leave(&mut self) {
-        self.contacts.leave();
+        self.contacts.clear_contacts();
         self.last.clear();
         self.tool = None;
     }

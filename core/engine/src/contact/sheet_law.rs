@@ -42,7 +42,7 @@ impl SheetLaw {
     /// Ends all contacts; their histories are gone.
     pub fn leave(&mut self) {
         self.near.clear();
-        self.contacts.leave();
+        self.contacts.clear_contacts();
     }
 
     /// Largest distance from the tip at which the law may act in a step, where no node has moved further than `moved` (m) in the last one, m.

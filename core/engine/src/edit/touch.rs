@@ -67,7 +67,7 @@ impl Action for Touching {
         let free = tool.proxy.position;
         let p = anchor.map_or(free, |anchor| apply_friction(free, anchor, hand, touch.normal, tool.friction));
         tool.proxy.position = p;
-        tool.presses.extend(direction(touch.normal).map(|normal| (-normal, 1.0)));
+        tool.contact_directions.extend(direction(touch.normal).map(|normal| (-normal, 1.0)));
         let positions = touch.triangle.map(|triangle| triangle.positions(body)).transpose()?.flatten();
         let EmbeddedPoint { now, settled } = positions.map_or_else(|| body.embed_point(touch.rest), Ok)?;
         tool.depth = (settled - now).dot(&touch.normal);
@@ -124,7 +124,7 @@ fn balance_in_layer(
     tool.loads.clear();
     for push in layer.pushes(near, p) {
         let fraction = push.magnitude / total;
-        tool.presses.extend(direction(push.point - p).map(|towards| (towards, fraction)));
+        tool.contact_directions.extend(direction(push.point - p).map(|towards| (towards, fraction)));
         let along_normal = push.normal * push.normal.transpose();
         let along_surface = Matrix3::identity() - along_normal;
         let block = scale * push.stiffness * (along_normal + shear * along_surface);

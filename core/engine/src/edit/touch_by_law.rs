@@ -41,7 +41,8 @@ pub(super) fn press_by_law(tool: &mut Tool, step: &mut Step<'_>, touch: Contact)
     for (place, point, normal, push) in law.pushes().filter(|(.., push)| push.force != Vec3::zeros()) {
         let fraction = push.force.norm() / total;
         rest += fraction * place;
-        tool.presses.extend(direction(point - tool.proxy.position).or(Some(normal)).map(|towards| (towards, fraction)));
+        tool.contact_directions
+            .extend(direction(point - tool.proxy.position).or(Some(normal)).map(|towards| (towards, fraction)));
         let scaled = |block: Block| block.map(|entry| scale * entry);
         tool.loads.push(place, scale * push.force, scaled(push.stiffness), scaled(push.damping));
     }

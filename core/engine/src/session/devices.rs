@@ -60,12 +60,12 @@ impl Session {
         }
     }
 
-    /// Ends steps when `token` is cancelled, the one under way included.
+    /// Ends the step under way and all later ones when `token` is cancelled.
     pub fn cancel_when(&mut self, token: CancelToken) {
         self.guard.cancel = token;
     }
 
-    /// Whether the last step was cancelled: it was not taken, and the frame is none of its.
+    /// Whether the last step was cancelled: it was not completed, and [`Session::frame`] is still that of the step before.
     pub fn is_cancelled(&self) -> bool {
         self.guard.is_cancelled
     }

@@ -71,7 +71,7 @@ pub(super) fn add_sample_events(
 
 /// Adds the event of a tool that grips a body and needs more force at `time` (s) than its coupling allows.
 pub(super) fn add_limit_event(events: &mut Events, slot: &mut ToolSlot, device: &str, time: f64) {
-    let wanted = slot.tool.wanted.filter(|_| slot.tool.holds());
+    let wanted = slot.tool.force_over_limit.filter(|_| slot.tool.is_gripping());
     let (name, most) = (&slot.tool.name, slot.tool.coupling.max_force);
     let text = || {
         format!(

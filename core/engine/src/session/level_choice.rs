@@ -7,9 +7,9 @@ use std::f64::consts::PI;
 
 /// Largest edge of a cell, relative to the radius of the smallest tool.
 const CELL_SHARE: f64 = 0.5;
-/// Largest number of cells that are simulated at a time, estimated.
+/// Largest estimated number of cells that are simulated at a time.
 const MOST_CELLS: f64 = 8000.0;
-/// Finest level that is chosen: a finer one takes more memory than a scene should without being asked.
+/// Finest level that `auto` chooses; a finer one takes so much memory that a scene must name it.
 const FINEST: u32 = 8;
 /// Level of a body that no tool touches, if it has few enough cells.
 const WITHOUT_TOOL: u32 = 6;
@@ -19,13 +19,13 @@ const WITHOUT_TOOL: u32 = 6;
 pub struct LevelChosen {
     /// Name of the body.
     pub body: String,
-    /// Of a grid, with 2^(level - 1) cells along the longest edge of the body; or how often faces were divided into four.
+    /// Level of a grid, which has 2^(level - 1) cells along the longest edge of the body; or the number of times that faces were divided into four.
     pub level: u32,
     /// Reason for the choice, for people.
     pub why: String,
 }
 
-/// What a level is chosen by.
+/// Inputs of the choice of a level.
 struct Demand {
     /// Longest edge of the body, m.
     longest: f64,

@@ -1,4 +1,4 @@
-//! Where tools touch, so that they go on touching there: after an undo, and in a session that takes the hands of another over.
+//! Proxies of tools in contact, so that contacts go on after an undo, and in a session that takes over the hands of another one.
 //!
 //! A hand that presses is inside of the body, or beyond the sheet. A tool that began there would touch the surface from the wrong side.
 
@@ -20,18 +20,18 @@ pub struct TouchingProxy {
     pub hand: Vec3,
 }
 
-/// Where the proxy of a tool is when its next edit begins.
+/// Initial position of the proxy of a tool in its next edit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Begin {
     /// Position of the proxy, m.
     position: Vec3,
-    /// Position of the hand when this was asked for, m.
+    /// Position of the hand at the call of [`Session::resume_touching`], m.
     hand: Vec3,
-    /// Path of the hand until which it holds, m: from there the hand may have come out of the body.
+    /// Largest displacement of the hand since then for which `position` is used, m: a hand that has moved farther may have left the body.
     nearness: f64,
 }
 
-/// Largest number of surfaces that lie above a proxy, one in the other.
+/// Largest number of nested surfaces that enclose a proxy.
 const MAX_SURFACES: usize = 8;
 
 impl Session {
@@ -40,8 +40,9 @@ impl Session {
         self.tools.iter().filter_map(ToolSlot::touching_proxy).collect()
     }
 
-    /// Has the next edit of each tool with one of these names begin where the proxy is, and not at the hand, unless the hand has moved by then as far as it was
-    /// from the proxy. A proxy that is inside of a solid now begins outside of it, along its normal. Proxies of tools that the session does not have are left out.
+    /// Sets the position at which the next edit of each named tool begins: that of the proxy instead of that of the hand. If the hand has moved by then
+    /// farther than its distance from the proxy, the edit begins at the hand. A proxy inside of a solid is first moved out of it along its normal. Proxies
+    /// of tools that the session does not have are ignored.
     pub fn resume_touching(&mut self, proxies: &[TouchingProxy]) {
         for proxy in proxies {
             let Some(slot) = self.tools.iter_mut().find(|slot| slot.tool.name == proxy.tool) else { continue };
@@ -63,7 +64,7 @@ impl ToolSlot {
         Some(TouchingProxy { tool: self.tool.name.clone(), position, normal, hand: self.hand.position })
     }
 
-    /// Has the edit that begins now start where [`Session::resume_touching`] has asked for, if it has.
+    /// Moves the proxy of an edit that begins now to the position that [`Session::resume_touching`] has set, if any.
     pub(super) fn begin_where_asked(&mut self) {
         if !self.hand.present || !self.tool.is_active() {
             return;
@@ -94,7 +95,7 @@ fn outside(bodies: &[Body], proxy: &TouchingProxy, radius: f64) -> Vec3 {
     position
 }
 
-/// Distance (m) from a point to the first triangle of a body along a unit vector, and whether that is met from inside of the body.
+/// Distance (m) from a point to the first triangle of a body along a unit vector, and whether the ray leaves the body there.
 fn first_above(body: &Body, from: Vec3, along: Vec3) -> Option<(f64, bool)> {
     let triangles = body.model.surface.triangles.iter().enumerate();
     let there = triangles.filter(|(index, _)| !body.failed_triangles.contains(*index as u32));

@@ -111,7 +111,7 @@ impl Session {
             // A body that is simulated as a whole has no region to move.
             if !body.discretization.is_whole() {
                 for slot in &mut self.tools {
-                    balls.extend(slot.tool.wants(index, body, &slot.hand, time));
+                    balls.extend(slot.tool.required_ball(index, body, &slot.hand, time));
                 }
             }
             let Body { model, skin, system, discretization, fixings, .. } = body;
@@ -449,7 +449,7 @@ fn tool_frame(tool: &Tool, hand: Vec3, force: Vec3, device_force: Vec3) -> ToolF
         proxy: tool.proxy.position,
         contact: tool.contact().map(|place| place.body),
         edit: None,
-        grips: tool.holds(),
+        grips: tool.is_gripping(),
         depth: tool.depth,
         force,
         device_force,

@@ -40,12 +40,12 @@ impl Session {
                 total += size;
             }
         }
-        let touch = slot.tool.proxy.touch.filter(|_| !slot.tool.presses.is_empty());
-        let whole: Vec3 = slot.tool.presses.iter().map(|(towards, share)| *share * *towards).sum();
+        let touch = slot.tool.proxy.touch.filter(|_| !slot.tool.contact_directions.is_empty());
+        let whole: Vec3 = slot.tool.contact_directions.iter().map(|(towards, share)| *share * *towards).sum();
         let size = whole.norm();
         if let Some(touch) = touch.filter(|_| size > 0.0) {
             let normal = (-force.dot(&whole) / size).max(0.0);
-            for (towards, share) in &slot.tool.presses {
+            for (towards, share) in &slot.tool.contact_directions {
                 pad.press(&rotation, radius, *towards, share * normal);
             }
             // The contact moves over the rest shape, so the surface slips past the tip with the opposite velocity.

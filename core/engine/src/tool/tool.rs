@@ -45,15 +45,15 @@ pub struct Tool {
     /// Displacement of the surface at the contact point, inwards or outwards, m.
     pub depth: f64,
     /// Contact directions: unit vectors from its centre, each with its fraction of the contact force.
-    pub presses: Vec<(Vec3, f64)>,
+    pub contact_directions: Vec<(Vec3, f64)>,
     /// Number of grips lost because the force exceeded the limit.
     pub slipped: u64,
     /// Whether the active edit has changed the rest shape, pins or parameters of a body.
     pub(crate) changed_body: bool,
     /// Body and parameter that the active edit would paint and that the material does not let vary.
     pub(crate) refused_param: Option<(u32, String)>,
-    /// Force that the active edit requests of the coupling, N; `None` if it is within the limit.
-    pub(crate) wanted: Option<f64>,
+    /// Force of the coupling before it was limited to [`Coupling::max_force`], N; `None` if it is within the limit.
+    pub(crate) force_over_limit: Option<f64>,
     /// Stiffness of the coupling that a body met last, relative to its own: less than 1 where the body's elastic layer is softer.
     pub(crate) coupling_factor: f64,
     /// Rotation from axes of the shape to axes of the hand.
@@ -86,11 +86,11 @@ impl Tool {
             law: None,
             blade: None,
             depth: 0.0,
-            presses: Vec::new(),
+            contact_directions: Vec::new(),
             slipped: 0,
             changed_body: false,
             refused_param: None,
-            wanted: None,
+            force_over_limit: None,
             coupling_factor: 1.0,
             surface: SurfaceSearch::new(bodies),
             loads: PointLoads::default(),
@@ -130,7 +130,7 @@ impl Tool {
     }
 
     /// Whether it grips a body.
-    pub fn holds(&self) -> bool {
+    pub fn is_gripping(&self) -> bool {
         self.action.as_ref().is_some_and(|action| action.is_gripping())
     }
 
@@ -144,7 +144,7 @@ impl Tool {
         self.action.as_ref().and_then(|action| action.contact(self))
     }
 
-    /// What of its blade is in a body, in the active edit.
+    /// The part of its blade that is inside of a body, in the active edit.
     pub(crate) fn edge_inside(&self) -> Option<EdgeInside> {
         self.action.as_ref().and_then(|action| action.edge_inside())
     }
@@ -170,9 +170,9 @@ impl Tool {
         shape.shape().feature_size() >= edge
     }
 
-    /// The ball of cells of the body `index` that must be simulated for it at `time` (s): around its contact, or where it is about to touch.
-    /// `None` if it needs none.
-    pub fn wants(&mut self, index: usize, body: &Body, hand: &Hand, time: f64) -> Option<Ball> {
+    /// The ball of cells of the body `index` that must be simulated for this tool at `time` (s): around its contact, or where it is about to touch.
+    /// `None` if the tool needs no cells of this body.
+    pub fn required_ball(&mut self, index: usize, body: &Body, hand: &Hand, time: f64) -> Option<Ball> {
         if let Some(action) = &self.action {
             let approached = || {
                 let rest = self.approached(body, hand).filter(|_| hand.present)?;
@@ -240,14 +240,14 @@ impl Tool {
         self.numbering[body as usize]
     }
 
-    /// What its action asks to be tied in this step.
+    /// The points that the active edit requests to be tied in this step.
     pub fn stitch_request(&self, bodies: &[Body]) -> Option<StitchRequest> {
         self.action.as_ref().and_then(|action| action.stitch_request(bodies))
     }
 
     /// [`Coupling::cap`] of a force of this magnitude (N); a force above the limit is recorded for a warning.
     pub(crate) fn cap(&mut self, size: f64) -> f64 {
-        self.wanted = (size > self.coupling.max_force).then_some(size);
+        self.force_over_limit = (size > self.coupling.max_force).then_some(size);
         self.coupling.cap(size)
     }
 
@@ -275,9 +275,9 @@ impl Tool {
     /// Returns the error of the grid or material plugin.
     pub fn follow(&mut self, step: &mut Step<'_>) -> Result<(), LatticeError> {
         self.springs.iter_mut().for_each(NodeSprings::clear);
-        self.presses.clear();
+        self.contact_directions.clear();
         self.depth = 0.0;
-        self.wanted = None;
+        self.force_over_limit = None;
         self.proxy.shape.set_rotation(step.hand.rotation * self.mount);
         if !step.hand.present || self.action.is_none() {
             self.release(step.hand);
@@ -320,10 +320,10 @@ impl Tool {
         index: u32,
         rest: Vec3,
         normal: Vec3,
-        pulled: Vec3,
+        force: Vec3,
     ) -> Result<(), LatticeError> {
         self.patch.sample(rest, normal, body.discretization.edge());
-        self.press_patch(body, index, rest, pulled)
+        self.press_patch(body, index, rest, force)
     }
 
     /// Applies a force (N) to the corners of the triangles of body number `index` that the proxy presses on, around the rest position `rest` (m).
@@ -332,7 +332,7 @@ impl Tool {
         body: &mut Body,
         index: u32,
         rest: Vec3,
-        pulled: Vec3,
+        force: Vec3,
     ) -> Result<(), LatticeError> {
         let Patch { points, fractions } = &mut self.patch;
         points.clear();
@@ -348,18 +348,18 @@ impl Tool {
                 fractions.push(fraction * weight);
             }
         }
-        self.press_patch(body, index, rest, pulled)
+        self.press_patch(body, index, rest, force)
     }
 
-    /// Applies the pull of the coupling (N) to the points of the contact patch, which is around the rest position `rest` (m).
-    fn press_patch(&mut self, body: &mut Body, index: u32, rest: Vec3, pulled: Vec3) -> Result<(), LatticeError> {
+    /// Applies the force of the coupling (N) to the points of the contact patch, which is around the rest position `rest` (m).
+    fn press_patch(&mut self, body: &mut Body, index: u32, rest: Vec3, force: Vec3) -> Result<(), LatticeError> {
         self.loads.clear();
         for (point, fraction) in self.patch.points.iter().zip(&self.patch.fractions) {
             let [stiffness, damping] = [self.coupling.stiffness, self.coupling.damping].map(|k| diagonal(fraction * k));
-            self.loads.push(*point, *fraction * pulled, stiffness, damping);
+            self.loads.push(*point, *fraction * force, stiffness, damping);
         }
         self.attach_loads(body, index)?;
-        self.limit_springs(body, index, rest, pulled.norm())
+        self.limit_springs(body, index, rest, force.norm())
     }
 
     /// Limits its springs on the nodes of body number `index`, whose forces have the total magnitude `size` (N), to the coupling's largest force and to the
@@ -375,7 +375,8 @@ impl Tool {
             self.coupling_factor = (layer / stiffest).min(1.0);
         }
         let felt = self.coupling_factor;
-        // Within a step a limited force ends where the whole one would: a force that stayed would fling the surface away.
+        // Force, stiffness and damping are scaled alike, so the anchor of the springs stays: a constant force would accelerate the surface past it within
+        // the step.
         let scale = self.cap(felt * size);
         self.springs[index as usize].scale(felt * scale);
         Ok(())

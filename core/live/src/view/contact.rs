@@ -43,11 +43,11 @@ pub(super) fn list_contacts(session: &Session, points: &mut Vec<ContactPoint>) {
             // What is gripped is held at the proxy.
             let direction = (-felt.force).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
             points.push(ContactPoint { position: centre, ..point(direction, 1.0) });
-        } else if slot.tool.presses.is_empty() {
+        } else if slot.tool.contact_directions.is_empty() {
             // A tip on a sheet has no list of its contacts: the sheet pushes it away from where it touches.
             points.extend((-felt.force).try_normalize(0.0).map(|direction| point(direction, 1.0)));
         } else {
-            points.extend(slot.tool.presses.iter().map(|(direction, share)| point(*direction, *share)));
+            points.extend(slot.tool.contact_directions.iter().map(|(direction, share)| point(*direction, *share)));
         }
     }
 }

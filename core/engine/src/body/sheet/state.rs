@@ -71,7 +71,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Edges of the mesh, with those clamped that are now.
+    /// Edges of the mesh; those in `self.clamped` are clamped.
     pub(super) fn edges(&self, triangles: &[[u32; 3]], nodes: &mut Nodes) -> Edges {
         let clamped: HashSet<[u32; 2]> = self.clamped.iter().copied().collect();
         Edges::new(triangles, |ends| clamped.contains(&self.vertices(ends)), nodes)

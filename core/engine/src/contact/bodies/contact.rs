@@ -1,4 +1,4 @@
-//! Contacts of features: how velocities of nodes make the two sides part and slide, and what is known of the impulses.
+//! Contacts of two features: their relative velocities as sums over nodes, their constraints, and their impulses.
 
 use super::features::{Gap, Kind};
 use super::nodes::CollisionNodes;
@@ -9,24 +9,24 @@ use pliant_solver::Vec3;
 pub(super) struct Share {
     /// Number of the node among those of all members.
     pub node: u32,
-    /// Of its velocity in the relative velocity.
+    /// Weight of the node's velocity in the relative velocity, 1.
     weight: f64,
-    /// Of its velocity along the normal in the two tangential relative velocities.
+    /// Weights of the node's normal velocity in the two tangential relative velocities, 1.
     turn: [f64; 2],
 }
 
-/// Features of a contact by what stays from step to step: bodies, and vertices by their numbers in the surfaces of these bodies; or the number of a tie.
+/// Identity of a contact that persists between steps. A vertex is a body and the number of the vertex in the surface of this body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum FeatureKey {
     /// A vertex and a triangle.
     VertexTriangle([(u32, u32); 4]),
     /// Two edges that cross, by the bodies and vertices of their ends.
     EdgeEdge([(u32, u32); 4]),
-    /// A tie, by its number, which stays from step to step.
+    /// A tie, by its number, which persists between steps.
     Tie(u32),
 }
 
-/// The key of the features of a kind.
+/// The key of a contact of this kind between these vertices, each with its body.
 pub(super) fn feature_key(kind: Kind, vertices: [(u32, u32); 4]) -> FeatureKey {
     match kind {
         Kind::VertexTriangle => FeatureKey::VertexTriangle(vertices),
@@ -36,49 +36,53 @@ pub(super) fn feature_key(kind: Kind, vertices: [(u32, u32); 4]) -> FeatureKey {
 
 /// Which impulses a contact may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Law {
-    /// It pushes, with Coulomb friction.
+pub(super) enum ImpulseLaw {
+    /// The normal impulse is at least 0, with Coulomb friction.
     Unilateral,
-    /// It ties two points: any impulse up to this magnitude, N s.
+    /// Two points are tied: the impulse may have any direction.
     Tie {
-        /// Infinite for a tie that holds whatever comes.
-        most: f64,
+        /// Largest magnitude of the impulse, N s; infinite for a tie that never yields.
+        max_impulse: f64,
     },
 }
 
-/// What a contact is made of, beside its geometry.
+/// Properties of a contact that do not follow from the positions of its vertices.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactData {
-    /// Least velocity with which the two sides part at the end of the step, m/s: negative as far as a gap is left.
+    /// Lower bound of the separating velocity at the end of the step, m/s; negative while a gap is left.
     pub bound: f64,
     /// Static and kinetic coefficient of friction.
     pub friction: [f64; 2],
     /// Gap that the two surfaces keep, m.
     pub thickness: f64,
-    /// Bodies of the two sides.
+    /// Numbers of the bodies of the two sides.
     pub bodies: [u32; 2],
-    /// Its features.
+    /// Identity of its features between steps.
     pub key: FeatureKey,
 }
 
 /// A contact of two features.
 pub(super) struct Contact {
-    /// Its shares, as a range.
+    /// First and end index of its shares in those of the [`ContactSet`].
     shares: [u32; 2],
+    /// Unit contact normal: from the triangle to the vertex, or from the first edge to the second; the x axis for a tie.
     pub normal: Vec3,
+    /// Two unit tangents, normal to each other and to `normal`.
     pub tangents: [Vec3; 2],
+    /// Bound, friction, thickness and bodies.
     pub data: ContactData,
     /// Which impulses it may have.
-    pub law: Law,
-    /// Velocities along the normal and the two tangents that are sought: the least one along the normal for what pushes, all three for a tie, m/s.
+    pub law: ImpulseLaw,
+    /// Target velocities along the normal and the two tangents, m/s. For a unilateral contact the normal one is a lower bound and the tangential ones are 0;
+    /// a tie meets all three.
     pub bounds: [f64; 3],
-    /// Normal velocity for each N s of normal impulse by masses alone, 1/kg.
+    /// Normal velocity per normal impulse of the lumped masses alone, 1/kg.
     pub compliance: f64,
-    /// Tangential velocities for tangential impulses by masses alone, 1/kg: entries 11, 12 and 22.
+    /// Tangential velocities per tangential impulse of the lumped masses alone, 1/kg: entries 11, 12 and 22 of a symmetric matrix.
     pub tangential: [f64; 3],
-    /// The same for a normal impulse by the diagonal of the matrices, 1/kg: a scale.
+    /// Normal velocity per normal impulse by the diagonal of the matrices of both bodies, 1/kg: scales the variables of the solver.
     pub scale: f64,
-    /// Normal impulse and the two tangential ones so far, N s.
+    /// Present normal impulse and the two tangential ones, N s.
     pub impulse: [f64; 3],
     /// Whether it has begun to slide in this step.
     pub slides: bool,
@@ -89,6 +93,7 @@ pub(super) struct Contact {
 pub(super) struct ContactSet {
     /// The contacts, in the order in which they were added.
     pub contacts: Vec<Contact>,
+    /// The shares of all contacts, one contact after the other.
     shares: Vec<Share>,
 }
 
@@ -104,8 +109,8 @@ impl ContactSet {
         self.contacts.is_empty()
     }
 
-    /// Adds a contact of four vertices, each with the nodes that carry it (number of the first node of their body, numbers and weights), unless
-    /// no node of it can move. Without inner closest points nothing acts along the surface.
+    /// Adds a contact of four vertices, unless none of its nodes can move. `carriers` gives the nodes that carry a vertex: the number of the first node of its
+    /// body, and numbers in that body with weights. A contact has no friction if its closest points are on the border of a feature.
     pub fn add<'a>(
         &mut self,
         gap: &Gap,
@@ -142,7 +147,7 @@ impl ContactSet {
             normal,
             tangents,
             data,
-            law: Law::Unilateral,
+            law: ImpulseLaw::Unilateral,
             bounds: [data.bound, 0.0, 0.0],
             compliance: 0.0,
             tangential: [0.0; 3],
@@ -154,13 +159,14 @@ impl ContactSet {
     }
 
     /// Adds a tie of two points, each carried by nodes with weights that add up to 1: node numbers among those of all members, with the weights of the second
-    /// point negated. `bounds` are the velocities (m/s) of the first point relative to the second that are sought, `most` the largest impulse (N s). Ties nothing if no node of it can move.
+    /// point negated. `bounds` are the target velocities
+    /// (m/s) of the first point relative to the second, `max_impulse` the largest impulse (N s). Adds nothing if none of its nodes can move.
     pub fn add_tie(
         &mut self,
         carriers: &[(u32, f64)],
         nodes: &CollisionNodes,
         data: ContactData,
-        most: f64,
+        max_impulse: f64,
         bounds: Vec3,
     ) {
         let first = self.shares.len();
@@ -170,7 +176,7 @@ impl ContactSet {
             normal: Vec3::x(),
             tangents: [Vec3::y(), Vec3::z()],
             data,
-            law: Law::Tie { most },
+            law: ImpulseLaw::Tie { max_impulse },
             bounds: bounds.into(),
             compliance: 0.0,
             tangential: [0.0; 3],
@@ -181,7 +187,7 @@ impl ContactSet {
         self.push(contact, nodes);
     }
 
-    /// Adds a contact whose shares are the last ones, unless no node of it can move.
+    /// Adds a contact whose shares are the last ones; removes these if none of its nodes can move.
     fn push(&mut self, mut contact: Contact, nodes: &CollisionNodes) {
         let first = contact.shares[0] as usize;
         for share in &self.shares[first..] {
@@ -194,7 +200,7 @@ impl ContactSet {
             contact.scale += nodes.scale[share.node as usize] * share.weight * share.weight;
         }
         let along_surface = contact.tangential[0] + contact.tangential[2];
-        let is_tie = contact.law != Law::Unilateral;
+        let is_tie = contact.law != ImpulseLaw::Unilateral;
         if contact.compliance > 0.0 || (is_tie && along_surface > 0.0) {
             self.contacts.push(contact);
         } else {
@@ -202,7 +208,7 @@ impl ContactSet {
         }
     }
 
-    /// Velocities with which the two sides of a contact part and slide for velocities `v` of the nodes, m/s.
+    /// Separating velocity of a contact and its two tangential relative velocities, m/s, for velocities `v` of the nodes, m/s (n x 3).
     pub fn velocities(&self, contact: &Contact, v: &[Vec3]) -> [f64; 3] {
         contact.velocities(&self.shares, v)
     }
@@ -248,7 +254,7 @@ impl Contact {
         &shares[self.shares[0] as usize..self.shares[1] as usize]
     }
 
-    /// Velocities with which the two sides part and slide, m/s.
+    /// Separating velocity and the two tangential relative velocities, m/s, for velocities `v` of the nodes, m/s (n x 3).
     pub fn velocities(&self, shares: &[Share], v: &[Vec3]) -> [f64; 3] {
         let mut relative = Vec3::zeros();
         let mut turn = [0.0; 2];
@@ -263,21 +269,21 @@ impl Contact {
         [self.normal.dot(&relative), a.dot(&relative) + turn[0], b.dot(&relative) + turn[1]]
     }
 
-    /// The impulse (N s) nearest to `wanted` that it may have: what ties is limited in size, what pushes has a normal impulse of at least 0 and friction within
-    /// the disc of that.
-    pub fn project(&self, wanted: [f64; 3]) -> [f64; 3] {
+    /// Projects an impulse (N s) onto those that the law admits: a tie limits the magnitude; a unilateral contact has a normal impulse of at least 0, and
+    /// friction within the disc of that.
+    pub fn project(&self, impulse: [f64; 3]) -> [f64; 3] {
         match self.law {
-            Law::Tie { most } => {
-                let size = Vec3::from(wanted).norm();
-                let shrink = if size > most { most / size } else { 1.0 };
-                wanted.map(|impulse| shrink * impulse)
+            ImpulseLaw::Tie { max_impulse } => {
+                let size = Vec3::from(impulse).norm();
+                let shrink = if size > max_impulse { max_impulse / size } else { 1.0 };
+                impulse.map(|component| shrink * component)
             }
-            Law::Unilateral => {
-                let normal = wanted[0].max(0.0);
+            ImpulseLaw::Unilateral => {
+                let normal = impulse[0].max(0.0);
                 let radius = self.data.friction[usize::from(self.slides)] * normal;
-                let size = (wanted[1] * wanted[1] + wanted[2] * wanted[2]).sqrt();
+                let size = (impulse[1] * impulse[1] + impulse[2] * impulse[2]).sqrt();
                 let shrink = if size > radius { radius / size } else { 1.0 };
-                [normal, shrink * wanted[1], shrink * wanted[2]]
+                [normal, shrink * impulse[1], shrink * impulse[2]]
             }
         }
     }

@@ -12,7 +12,7 @@
 //! Ties of two points are rows of the same problem, with u = b for all three components and impulses of any sign; where there is nothing else it is a linear
 //! system ([`super::equalities`]).
 
-use super::contact::{Contact, ContactSet, Law};
+use super::contact::{Contact, ContactSet, ImpulseLaw};
 use super::equalities::TieVectors;
 use super::nodes::CollisionNodes;
 use super::{Compliance, RECOVERY_TIME};
@@ -23,11 +23,11 @@ use std::ops::Range;
 const MAX_ITERATIONS: usize = 300;
 /// Approach that is left at the end, as a fraction of the fastest one without contact.
 const TOLERANCE: f64 = 0.01;
-/// The same as a way in the step, as a fraction of the gap that surfaces keep: detection stops features at a tenth of the gap.
+/// Displacement in a step by an approach that is left, as a fraction of the gap that surfaces keep: detection stops features at a tenth of the gap.
 const TOLERANCE_OF_GAP: f64 = 0.25;
-/// Velocity at which contacts that push may part on average, as a fraction of the fastest approach without contact.
+/// Separating velocity of unilateral contacts that is left at the end, averaged by their impulses, as a fraction of the fastest approach without contact.
 const TOLERANCE_OF_WORK: f64 = 1e-3;
-/// Difference from the sought velocity of tied points that is left at the end, as a fraction of the largest one at the beginning.
+/// Difference of tied points from their target velocity that is left at the end, as a fraction of the largest one at the beginning.
 const TOLERANCE_OF_TIES: f64 = 1e-3;
 /// Depth by which surfaces at rest are nearer than their gap, as a fraction of it.
 const TOLERANCE_AT_REST: f64 = 0.1;
@@ -38,7 +38,7 @@ const GROWTH: f64 = 1.05;
 /// Margin of a step length below the largest that the last step allows.
 const MARGIN: f64 = 0.9;
 
-/// Most times that a step is shortened in an iteration.
+/// Largest number of times that backtracking shortens the step of an iteration.
 const MAX_SHRINKS: usize = 30;
 /// Part of the static friction from which on it is fully used.
 const FULL: f64 = 0.999;
@@ -56,7 +56,7 @@ pub(super) struct DualBodies<'a> {
     pub nodes: &'a CollisionNodes,
     /// The bodies, each with its nodes.
     pub members: &'a [DualMember],
-    /// How they answer impulses.
+    /// Computes their velocity changes by impulses.
     pub compliance: &'a mut dyn Compliance,
 }
 
@@ -71,13 +71,15 @@ pub(super) struct DualReport {
     pub converged: bool,
 }
 
-/// The solver with its buffers.
+/// The solver of the dual problem with its buffers.
 #[derive(Default)]
 pub(super) struct DualSolver {
-    /// Impulses on the nodes, N s, and velocity changes by them, m/s (n x 3).
+    /// Impulses on the nodes, N s (n x 3).
     pub(super) impulses: Vec<Vec3>,
+    /// Velocity changes of the nodes by `impulses`, m/s (n x 3).
     pub changes: Vec<Vec3>,
-    /// Velocities of the contacts without impulses, and what the impulses of the last, the present and the extrapolated iterate change, m/s (c x 3).
+    /// Velocities of the contacts without impulses, m/s (c x 3). The next three fields are changes of these by the impulses of the last, the present and the
+    /// extrapolated iterate.
     free: Vec<[f64; 3]>,
     last: Vec<[f64; 3]>,
     pub(super) now: Vec<[f64; 3]>,
@@ -94,11 +96,11 @@ pub(super) struct DualSolver {
 /// Tolerances of a solve, m/s.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerances {
-    /// Approach of a contact that counts as none.
+    /// Largest approaching velocity that counts as none.
     approach: f64,
-    /// Velocity at which contacts that push may part on average.
+    /// Largest separating velocity of unilateral contacts, averaged by their impulses.
     parting: f64,
-    /// Difference of a tie from the velocity that is sought.
+    /// Largest difference of a tie's velocity from its target.
     pub tie: f64,
 }
 
@@ -114,7 +116,7 @@ impl DualSolver {
             contact.slides = false;
         }
         self.respond(set, bodies, &mut report);
-        let is_firm_tie = |contact: &Contact| contact.law == Law::Tie { most: f64::INFINITY };
+        let is_firm_tie = |contact: &Contact| contact.law == ImpulseLaw::Tie { max_impulse: f64::INFINITY };
         if !set.is_empty() && set.contacts.iter().all(is_firm_tie) {
             self.solve_ties(set, bodies, tolerances.tie, &mut report);
             return report;
@@ -170,8 +172,8 @@ impl DualSolver {
         let (mut fastest, mut widest) = (0.0_f64, 0.0_f64);
         for (contact, u) in set.contacts.iter().zip(&self.free) {
             match contact.law {
-                Law::Unilateral => fastest = fastest.max(contact.bounds[0] - u[0]),
-                Law::Tie { .. } => widest = widest.max(missing(contact, *u).norm()),
+                ImpulseLaw::Unilateral => fastest = fastest.max(contact.bounds[0] - u[0]),
+                ImpulseLaw::Tie { .. } => widest = widest.max(missing(contact, *u).norm()),
             }
         }
         let thinnest = set.contacts.iter().map(|contact| contact.data.thickness).fold(f64::INFINITY, f64::min);
@@ -184,7 +186,8 @@ impl DualSolver {
         }
     }
 
-    /// Approach that counts as none however slow contacts are, m/s: surfaces part as fast when they are nearer than their gap by a small part of it.
+    /// Approaching velocity below which a contact counts as resting, m/s: that at which surfaces separate when their distance is less than their gap by
+    /// [`TOLERANCE_AT_REST`]. It does not depend on the speed of contacts; 0 without a finite gap.
     fn rest_tolerance(&self, set: &ContactSet) -> f64 {
         let thinnest = set.contacts.iter().map(|contact| contact.data.thickness).fold(f64::INFINITY, f64::min);
         if thinnest.is_finite() { TOLERANCE_AT_REST * thinnest / RECOVERY_TIME } else { 0.0 }
@@ -260,15 +263,15 @@ impl DualSolver {
         self.now.extend(set.contacts.iter().map(|contact| set.velocities(contact, &self.changes)));
     }
 
-    /// Whether no contact approaches faster than its tolerance, those that push part on average no faster than theirs, and ties have the velocity that is
-    /// sought, or pull towards it with all they may.
+    /// Whether all tolerances are met: no contact approaches faster, unilateral contacts separate no faster on average, and each tie has its target velocity
+    /// or its largest impulse towards it.
     fn has_converged(&self, set: &ContactSet, tolerances: Tolerances) -> bool {
         let (mut approach, mut work, mut allowed, mut untied) = (0.0_f64, 0.0, 0.0, 0.0_f64);
         for (c, contact) in set.contacts.iter().enumerate() {
             let u = self.velocity(c);
-            if let Law::Tie { most } = contact.law {
+            if let ImpulseLaw::Tie { max_impulse } = contact.law {
                 let (missing, impulse) = (missing(contact, u), Vec3::from(contact.impulse));
-                let is_full = impulse.norm() >= FULL * most && impulse != Vec3::zeros();
+                let is_full = impulse.norm() >= FULL * max_impulse && impulse != Vec3::zeros();
                 let pull = if is_full { missing.dot(&impulse).max(0.0) / impulse.norm_squared() } else { 0.0 };
                 untied = untied.max((missing - pull * impulse).norm());
                 continue;
@@ -290,11 +293,14 @@ impl DualSolver {
         [0, 1, 2].map(|k: usize| self.free[c][k] + self.now[c][k])
     }
 
-    /// Lets contacts slide whose static friction does not hold them. Returns whether there are any new ones.
+    /// Marks contacts as sliding that use their whole static friction and still move. Returns whether there are any new ones.
     fn let_slide(&self, set: &mut ContactSet, tolerance: f64) -> bool {
         let mut any = false;
-        for (c, contact) in
-            set.contacts.iter_mut().enumerate().filter(|(_, contact)| !contact.slides && contact.law == Law::Unilateral)
+        for (c, contact) in set
+            .contacts
+            .iter_mut()
+            .enumerate()
+            .filter(|(_, contact)| !contact.slides && contact.law == ImpulseLaw::Unilateral)
         {
             let [kept, sliding] = contact.data.friction.map(|f| f * contact.impulse[0]);
             let [_, s, t] = self.velocity(c);
@@ -306,7 +312,7 @@ impl DualSolver {
         any
     }
 
-    /// Forgets the step length, so that a restored session goes on as it did.
+    /// Resets the step length, so that a restored session takes the same steps as the saved one.
     pub fn forget(&mut self) {
         self.length = 0.0;
     }
@@ -317,7 +323,7 @@ impl DualSolver {
     }
 }
 
-/// Velocity that a tie is short of, m/s, at the velocities `u`.
+/// Target velocity of a tie minus its velocities `u`, m/s.
 pub(super) fn missing(contact: &Contact, u: [f64; 3]) -> Vec3 {
     Vec3::from(contact.bounds) - Vec3::from(u)
 }

@@ -1,6 +1,6 @@
 //! Impulses of the last step, from which the next solve starts, by the features of their contacts.
 
-use super::contact::{ContactSet, FeatureKey, Law};
+use super::contact::{ContactSet, FeatureKey, ImpulseLaw};
 use pliant_solver::Vec3;
 
 /// Impulses of contacts, by features.
@@ -14,7 +14,8 @@ impl WarmStart {
     /// Records the impulses of contacts.
     pub fn record(&mut self, set: &ContactSet) {
         self.impulses.clear();
-        let pushing = set.contacts.iter().filter(|contact| contact.impulse[0] > 0.0 || contact.law != Law::Unilateral);
+        let pushing =
+            set.contacts.iter().filter(|contact| contact.impulse[0] > 0.0 || contact.law != ImpulseLaw::Unilateral);
         self.impulses.extend(pushing.map(|contact| (contact.data.key, contact.total())));
         self.impulses.sort_by_key(|(key, _)| *key);
         // Features that met more than once in a step have one contact at rest.
@@ -31,7 +32,7 @@ impl WarmStart {
         for contact in &mut set.contacts[first..] {
             let Ok(at) = self.impulses.binary_search_by_key(&contact.data.key, |(key, _)| *key) else { continue };
             let impulse = self.impulses[at].1;
-            if let Law::Tie { .. } = contact.law {
+            if let ImpulseLaw::Tie { .. } = contact.law {
                 contact.impulse = contact.project(impulse.into());
                 continue;
             }

@@ -1,4 +1,4 @@
-//! Fields by numbers that the file of a tetrahedral mesh has at its nodes or elements.
+//! Fields given by an array of a tetrahedral mesh file, at its nodes or elements.
 
 use super::ALLOWED;
 use crate::body::Layer;
@@ -22,11 +22,11 @@ pub(super) struct ArrayField<'a> {
 }
 
 impl ArrayField<'_> {
-    /// The factors of the array.
+    /// The layer of the factors of the array.
     ///
     /// # Errors
-    /// A body that is no tetrahedral mesh, an array that is not there or ambiguous, a unit that is none of the parameter's, and with file, line and node or
-    /// element a value that is missing or leads out of the factors that are allowed.
+    /// The body is not a tetrahedral mesh; the file has no array of this name, or several; the unit does not measure the parameter; or a value is missing
+    /// or gives a factor out of range (with file, line, and node or element).
     pub(super) fn layer(&self, info: &PluginInfo, settings: &ParamSettings) -> Result<Layer, SceneError> {
         let Some(cells) = &self.shared.model.tetrahedra else {
             let text = "`data` is of the file of a tetrahedral mesh, and the model is a surface; allowed is `csv`, `colour` or `texture`";
@@ -46,7 +46,7 @@ impl ArrayField<'_> {
         })
     }
 
-    /// The array of this name, of which there must be one.
+    /// The only array of this name.
     fn array<'m>(&self, mesh: &'m TetMesh) -> Result<&'m MeshData, SceneError> {
         let (name, file) = (self.data.get_ref(), mesh.name().display());
         let wrong = |text| Err(self.source.error(self.data.span(), text));
@@ -63,7 +63,7 @@ impl ArrayField<'_> {
         }
     }
 
-    /// What a value times makes a factor of: 1, or with a unit its size over the value of the parameter.
+    /// Multiplier from values to factors: 1 without a unit, otherwise the unit in SI over the value of the parameter.
     fn scale(&self, info: &PluginInfo, settings: &ParamSettings) -> Result<f64, SceneError> {
         let Some(unit) = self.unit else { return Ok(1.0) };
         let wrong = |text: String| self.source.error(unit.span(), text);

@@ -84,7 +84,7 @@ impl Fragments {
                 let is_solid = |voxel: usize| other_cell.is_none_or(|cell| cell.voxels.is_solid(voxel));
                 // A cut cell without common corners with the changed cells keeps its nodes.
                 let is_unchanged = other_cell.is_some() && !classes.first.contains_key(&next);
-                // Within a sliver: what its pieces have become parts of is not connected by that.
+                // A sliver is merged into larger fragments; the links inside of it do not connect these.
                 let in_sliver = |link: &FaceLink| {
                     let is_merged = |cell: &CutCell| cell.voxels.is_merged(link.neighbour);
                     cell.voxels.is_merged(link.voxel) && other_cell.is_some_and(is_merged)
@@ -117,7 +117,7 @@ impl Fragments {
         }
     }
 
-    /// The node of each corner before, by number: that of the fragment which held the first voxel of the present one.
+    /// The previous node of each corner, by number: that of the previous fragment that held the first voxel of the present fragment.
     fn previous_nodes(&self, ids: &[u64]) -> Vec<NodeKey> {
         let mut keys = Vec::new();
         for id in ids {
@@ -130,8 +130,8 @@ impl Fragments {
         keys
     }
 
-    /// Nodes that have become another one, and that one, from the node of each corner. Of each cell all fragments that a present one has voxels of count: where
-    /// parts are linked again, the first voxel tells of one of them only.
+    /// Pairs of a previous node and the node that replaces it, by the present node of each corner (`key_of`). A present fragment may consist of voxels of
+    /// several previous ones, where parts are linked again; the nodes of all of these are replaced, not only of the one that held the first voxel.
     fn merged_nodes(&self, ids: &[u64], key_of: &[NodeKey]) -> Vec<(NodeKey, NodeKey)> {
         let is_new = |key: &NodeKey| self.new_copies.iter().any(|new| new.key == *key);
         let (mut merged, mut corner) = (BTreeSet::new(), 0);
