@@ -12,15 +12,15 @@ use std::process::ExitCode;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Outcome {
-    /// Done.
+    /// The command succeeded.
     Done = 0,
-    /// Done, but a check failed.
+    /// The command ran to its end, and a check of its results failed.
     CheckFailed = 1,
-    /// Unusable input or usage.
+    /// A file, value or argument cannot be used.
     Input = 2,
     /// A plugin or device failed.
     Plugin = 3,
-    /// Stopped by the user.
+    /// The user stopped the command (SIGINT).
     Stopped = 130,
 }
 

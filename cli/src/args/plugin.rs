@@ -89,7 +89,7 @@ pub struct CheckArgs {
     /// Seconds that a case may take
     #[arg(long, default_value_t = 20.0)]
     pub seconds: f64,
-    /// In a child process: what to do, see `check.rs`
+    /// Work of a child process that `plugin check` starts (see `check.rs`)
     #[arg(long, hide = true)]
     pub child: Option<String>,
 }

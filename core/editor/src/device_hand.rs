@@ -1,7 +1,7 @@
 //! The hand of a device: where its workspace is in a view, and what its buttons do.
 //!
-//! Right, up and towards the user of the device are those of the picture; the middle of its workspace is what the picture shows the middle of. During a stroke
-//! the workspace stays where it is, however the view turns.
+//! The axes of the device (right, up, towards the user) are those of the picture, and the centre of its workspace is the point in the centre of the picture.
+//! During a stroke the workspace stays in place while the view turns.
 
 use crate::hand::HandPlace;
 use nalgebra::UnitQuaternion;
@@ -10,19 +10,19 @@ use pliant_engine::tool::Frame;
 use pliant_live::{DeviceScale, Guide, GuideHandle, GuidedDevice, HapticDevice, PointerDevice, Rescaling};
 use pliant_solver::Vec3;
 
-/// Where somebody looks at a scene from.
+/// The viewpoint from which the user of a device sees the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceView {
-    /// What the middle of the picture shows, m.
+    /// Point of the scene in the centre of the picture, m.
     pub centre: Vec3,
     /// Rotation from axes of the picture (right, up, towards the viewer) to those of the scene.
     pub rotation: UnitQuaternion<f64>,
 }
 
-/// What a program asks of a device in a frame.
+/// Settings that a program passes to a device in each frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceWish {
-    /// Where its user looks from.
+    /// Viewpoint of its user.
     pub view: DeviceView,
     /// Buttons of the scene (bit i is button i) while no button of the device is pressed, while its first is, and while only another is.
     pub buttons: [u32; 3],
@@ -30,20 +30,20 @@ pub struct DeviceWish {
     pub force_share: f64,
 }
 
-/// A device that can have the hand.
+/// A device that can move the hand of a session instead of the pointer.
 pub struct DeviceHand {
     handle: GuideHandle,
-    /// What was asked for last, in axes of the frame.
+    /// Last settings passed to the device, in axes of `frame`.
     guide: Guide,
-    /// Frame of the device that it stands in for.
+    /// Frame of the device of the scene that it replaces.
     frame: Frame,
-    /// How lengths and forces are scaled.
+    /// Scales of lengths and forces.
     pub scale: DeviceScale,
-    /// What the device is called.
+    /// Name of the device, for messages.
     pub name: String,
     /// Largest force on the device at a share of 1, N.
     peak_force: f64,
-    /// Place in [`DeviceWish::buttons`] of the stroke that is under way; 0 for none.
+    /// Index in [`DeviceWish::buttons`] of the stroke that is under way; 0 for none.
     pressed: usize,
 }
 
@@ -63,8 +63,8 @@ pub enum HandNews {
     Lost(&'static str),
 }
 
-/// What a tool (by index) of a session asks of a device, in the axes of its frame: the longest edge of the bodies (m), the stiffness of the coupling (N/m), and the
-/// peak force (N).
+/// Requirements of a tool (by index) of a session on a device, in axes of its frame: longest edge of the bodies (m), stiffness of the coupling (N/m) and peak
+/// force (N).
 fn asked_of_device(session: &Session, tool: usize) -> [f64; 3] {
     let slot = &session.tools[tool];
     let frame = session.devices[slot.device].frame;
@@ -77,7 +77,7 @@ fn asked_of_device(session: &Session, tool: usize) -> [f64; 3] {
 /// The hand of a device in the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviceHandState {
-    /// Where it is; `None` while the device gives no pose.
+    /// Pose of the hand; `None` while the device gives no pose.
     pub place: Option<HandPlace>,
     /// Buttons of the scene that are pressed: bit i is button i.
     pub buttons: u32,
@@ -107,8 +107,8 @@ impl DeviceHand {
         (guided, Self { handle, guide, frame, scale, name, peak_force, pressed: 0 })
     }
 
-    /// Has the device go on with a tool (by index) of another session; gives the scale for [`pliant_live::LiveSession::hand_over`], which comes next. What its
-    /// buttons do in a stroke that is under way, they do until it ends.
+    /// Moves the device to a tool (by index) of another session; returns the scale for [`pliant_live::LiveSession::hand_over`], which must be called next. A
+    /// stroke under way keeps its buttons until it ends.
     pub fn continue_in(&mut self, session: &Session, tool: usize) -> Rescaling {
         self.frame = session.devices[session.tools[tool].device].frame;
         let [size, coupling, peak] = asked_of_device(session, tool);
@@ -118,14 +118,14 @@ impl DeviceHand {
         rescaling
     }
 
-    /// Has no button of the device begin a stroke until the next [`DeviceHand::advance`]: the session is about to be left for another one.
+    /// Disables strokes by buttons of the device until the next [`DeviceHand::advance`], before it moves to another session.
     pub fn pause_strokes(&mut self) {
         self.guide.buttons = [self.guide.buttons[0]; 3];
         self.pressed = 0;
         self.handle.set(self.guide);
     }
 
-    /// Displacement in the scene for one of the device.
+    /// Displacement in the scene over displacement of the device, m/m.
     pub fn length_scale(&self) -> f64 {
         self.scale.length * self.frame.scale
     }
@@ -140,7 +140,7 @@ impl DeviceHand {
         self.handle.hand().lost.is_some()
     }
 
-    /// Gives the hand to the device, or to the pointer. The device gets it with the next frame, where the picture then is.
+    /// Gives the hand to the device, or to the pointer. The device takes it in the next frame, with the view of that frame.
     pub fn set_leads(&mut self, leads: bool) {
         self.guide.leads = leads;
         self.pressed = 0;

@@ -1,4 +1,4 @@
-//! What a servo has of a session: its tools, the frames of its devices, and the buffers between both. Another session's can take its place.
+//! The haptic thread's part of a session: its tools, the frames of its devices, and the buffers to the simulation. It can be replaced by that of another session.
 //!
 //! *Real time*: as the servo; it is made and dropped on the thread of the simulation.
 
@@ -18,7 +18,7 @@ pub(crate) struct ServoSession {
     pub(crate) tools: Vec<ServoTool>,
     /// Frame of each device.
     pub(crate) frames: Vec<Frame>,
-    /// New scale of each device, from when the session has it; `None` where it stays.
+    /// New scale of each device, applied when this session takes it over; `None` if its scale stays.
     pub(crate) rescalings: Vec<Option<Rescaling>>,
     models: triple_buffer::Output<ContactModels>,
     samples: triple_buffer::Input<HandSamples>,
@@ -33,7 +33,7 @@ pub(crate) struct ServoTool {
     pub(crate) effector: usize,
     pub(crate) hand: Hand,
     pub(crate) blend: Blend,
-    /// The contact with the session before, until that with this one has settled.
+    /// The last contact with the session before, until the contact with this session has settled.
     leaving: Option<Leaving>,
     pub(crate) safety: ForceSafety,
     /// Last rendered force, in axes of the device, N.
@@ -57,7 +57,7 @@ struct Leaving {
 const SETTLE_TIME: f64 = 0.1;
 
 impl ServoSession {
-    /// Of a session whose devices are these, and the simulation's end of the buffers.
+    /// The haptic thread's part of a session with these devices, in their order, and the port of the simulation to the shared buffers.
     pub(crate) fn new(session: &Session, devices: &[DeviceInfo]) -> (Self, SimulationPort) {
         let tools = session.tools.iter().map(|slot| ServoTool::new(slot, &devices[slot.device]));
         let tools: Vec<ServoTool> = tools.collect();
@@ -79,7 +79,7 @@ impl ServoSession {
         (servo, SimulationPort::new(samples_out, models))
     }
 
-    /// Of a session that takes devices over from another one, some at a new scale.
+    /// As [`ServoSession::new`], for a session that takes over the devices of another one. Each device has a rescaling, or `None` if its scale stays.
     ///
     /// # Panics
     /// If the number of devices differs from that of the session.
@@ -98,7 +98,7 @@ impl ServoSession {
         (servo, port)
     }
 
-    /// Goes on from the tools of the session before: tools of the same name, device and effector.
+    /// Takes over the states of tools of the session before that have the same name, device and effector.
     pub(crate) fn resume(&mut self, before: &Self) {
         for tool in &mut self.tools {
             let same =
@@ -163,8 +163,8 @@ impl ServoTool {
         }
     }
 
-    /// Goes on from a tool on the same effector, in whose place this one comes: the hand is where it was, and the last contact is rendered until a step of this
-    /// session has found its own.
+    /// Takes over the state of the tool that had the effector before: its hand, and its last contact, which is rendered until a step of this session has
+    /// found its own.
     fn resume(&mut self, before: &Self, rescaling: Option<&Rescaling>) {
         let [force, torque] = rescaling.map_or([1.0; 2], Rescaling::factors);
         let fastest = self.hand.fastest;

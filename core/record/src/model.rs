@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Group and material of faces that have come to light where the scene has no cut that names one.
+/// Group and material of faces that failed elements have exposed, where no cut of the scene names a material.
 const EXPOSED: &str = "fracture";
 /// Row of a vertex that the file does not have.
 pub(crate) const NO_ROW: u32 = u32::MAX;
@@ -30,8 +30,8 @@ pub fn write_model_to(body: &Body, cap_material: &str, out: &mut impl Write) -> 
     ModelShape::of(body).write(cap_material, out)
 }
 
-/// Writes the tetrahedral mesh of a body as a VTK file, with the displacement of its nodes in file units, and where some have failed which; nothing for another
-/// body.
+/// Writes the tetrahedral mesh of a body as a VTK file, with the displacement of its nodes in file units, and which elements have failed, if
+/// any; nothing for another body.
 ///
 /// # Errors
 /// Fails with the errors of `out`.
@@ -41,16 +41,16 @@ pub fn write_tetrahedra_to(body: &Body, out: &mut impl Write) -> io::Result<()> 
     cells.mesh().write_vtk(&cells.displacements(&body.system.nodes.x, &body.model.placement), failed, out)
 }
 
-/// What a deformed model is written from.
+/// Inputs from which a deformed model is written.
 #[derive(Clone, Copy)]
 pub struct ModelShape<'a> {
     /// The file of the model.
     pub document: &'a ObjDocument,
-    /// Where the model is placed in the scene.
+    /// Placement of the model in the scene.
     pub placement: Placement,
-    /// m, vertices at rest (n x 3)
+    /// Positions of the vertices at rest, m (n x 3).
     pub original: &'a [Vec3],
-    /// m, vertices now (n x 3)
+    /// Present positions of the vertices, m (n x 3).
     pub present: &'a [Vec3],
     /// Triangles that have failed, which are not written.
     pub failed_triangles: &'a FailedTriangles,
@@ -60,7 +60,7 @@ pub struct ModelShape<'a> {
     pub is_part: bool,
 }
 
-/// Pieces of triangles of the document, with what its rows have not.
+/// Pieces of triangles of the document, with the vertices and texture coordinates that the document lacks.
 #[derive(Default)]
 struct Pieces {
     /// Polygons as rows of positions, texture coordinates and normals, each with its face.
@@ -154,7 +154,8 @@ impl<'a> ModelShape<'a> {
         Ok(WrittenModel { bytes, row_of })
     }
 
-    /// Appends the faces that have come to light, with those of their vertices that the file does not have: it has `rows`, and `row_of` gets theirs.
+    /// Appends the faces that failed elements have exposed, with those of their vertices that the file lacks. The file has `rows` vertices; `row_of` receives
+    /// the rows of the new ones.
     fn write_exposed(&self, cap_material: &str, rows: u32, row_of: &mut [u32], out: &mut Vec<u8>) -> io::Result<()> {
         let exposed = self.failed_triangles.exposed();
         // Pieces of faces of the document have been written with them.
@@ -185,7 +186,7 @@ impl<'a> ModelShape<'a> {
         Ok(())
     }
 
-    /// The written document without what has failed, with all rows.
+    /// The written document with all rows, without failed triangles.
     fn without_failed(&self, cap_material: &str) -> io::Result<ObjDocument> {
         let mut bytes = Vec::new();
         self.write_whole(cap_material, &mut bytes)?;
@@ -207,7 +208,8 @@ impl<'a> ModelShape<'a> {
         }
     }
 
-    /// Of each face of the document with triangles that have failed, those that have not, as rows of positions, texture coordinates and normals.
+    /// The intact triangles of each face of the document that has failed ones, by face. A corner of a triangle is its rows of positions, texture coordinates
+    /// and normals.
     fn broken_faces(&self) -> BTreeMap<u32, Vec<Vec<[u32; 3]>>> {
         let mut broken = BTreeMap::new();
         if self.failed_triangles.is_empty() || self.has_nothing_left() {
@@ -231,7 +233,7 @@ impl<'a> ModelShape<'a> {
         broken
     }
 
-    /// Pieces of triangles of the document that were partly on what has failed; none after a cut.
+    /// Pieces of triangles of the document that were partly on failed elements; none after a cut.
     fn pieces(&self) -> Pieces {
         let mut pieces = Pieces::default();
         let exposed = self.failed_triangles.exposed();

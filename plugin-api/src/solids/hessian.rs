@@ -13,11 +13,11 @@ pub struct EnergyHessian<T> {
     pub u: Mat3<T>,
     /// Right frame, V.
     pub v: Mat3<T>,
-    /// Between diagonal entries, Pa.
+    /// Coupling of the diagonal entries (i, i) and (j, j), Pa.
     pub stretch: Mat3<T>,
-    /// Of the entry (i, j), i not j, with itself, Pa.
+    /// Diagonal coefficient of the off-diagonal entry (i, j), Pa; unused for i = j.
     pub shear_own: Mat3<T>,
-    /// Of the entry (i, j), i not j, with (j, i), Pa.
+    /// Coupling of the off-diagonal entries (i, j) and (j, i), Pa; unused for i = j.
     pub shear_cross: Mat3<T>,
 }
 
@@ -84,8 +84,9 @@ fn positive_part<T: Real>(a: Mat3<T>) -> Mat3<T> {
     out
 }
 
-/// The stiffness blocks of an element.
+/// The stiffness matrix of a tetrahedron, computed block by block.
 pub struct Stiffness<T> {
+    /// Second derivative of the energy density, Pa.
     hessian: EnergyHessian<T>,
     /// Shape function gradients in the frame of the principal stretches, 1/m.
     gradient: [Vec3<T>; 4],
@@ -94,7 +95,7 @@ pub struct Stiffness<T> {
 }
 
 impl<T: Real> Stiffness<T> {
-    /// Of `factor` times the Hessian of the energy density.
+    /// The stiffness of a tetrahedron whose energy density has `factor` times this Hessian.
     #[inline(always)]
     pub fn new(shape: &Tetrahedron<T>, factor: f64, hessian: EnergyHessian<T>) -> Self {
         let (columns, mut gradient) = (transposed(&hessian.v), shape.gradient);

@@ -16,16 +16,16 @@ pub(crate) const UPPER: u32 = 1 << 2;
 /// See [`TIP`]. The eraser is towards the tablet.
 pub(crate) const ERASER: u32 = 1 << 3;
 
-/// Where the pen's values are in the space of the hand.
+/// Mapping from values of the pen to the space of the hand.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mapping {
     /// Axes of the tablet.
     pub axes: Axes,
-    /// m, width and height of the tablet in the space of the hand
+    /// Width and height of the tablet in the space of the hand, m.
     pub size: [f64; 2],
-    /// m, depth of the hand below the tablet at full pressure
+    /// Depth of the hand below the tablet at full pressure, m.
     pub depth: f64,
-    /// m, height of the hand above the tablet without pressure; up to twice as high where the device says how far away the tip is
+    /// Height of the hand above the tablet without pressure, m; up to twice as high if the device measures the distance of the tip.
     pub hover: f64,
 }
 
@@ -41,23 +41,24 @@ struct Values {
     buttons: u32,
 }
 
-/// A pen, as far as its events have said.
+/// State of a pen that follows from its events.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PenState {
-    /// Of the last whole frame.
+    /// Values at the end of the last complete frame.
     shown: Values,
-    /// With what the present frame has said so far.
+    /// Values with the events of the present frame so far.
     coming: Values,
     /// Whether the pen is near the tablet.
     is_near: bool,
-    /// Whether x and y are known: the kernel sends only values that change, so one may come long before the other.
+    /// Whether x and y are known: the kernel sends only values that change, so one of them may arrive long before the other.
     knows: [bool; 2],
-    /// What the present frame has said of that.
+    /// Whether the present frame has a position, or an event that the pen has come near.
     has_moved: bool,
+    /// Whether the present frame has an event that the pen has left.
     has_left: bool,
     /// Whether events are missing up to the end of the present frame.
     is_dropped: bool,
-    /// Frames of which events were missing.
+    /// Number of frames with missing events.
     pub dropped: u64,
 }
 
@@ -71,7 +72,7 @@ impl PenState {
         Self { shown: values, coming: values, knows: [true; 2], ..Self::default() }
     }
 
-    /// Takes in an event. Returns whether it ends a frame.
+    /// Applies an event. Returns whether it ends a frame.
     pub fn take(&mut self, event: Event) -> bool {
         match (event.kind, event.code) {
             (EV_SYN, SYN_DROPPED) => {
@@ -139,7 +140,7 @@ impl PenState {
         self.shown = self.coming;
     }
 
-    /// The pen is no longer heard of: it has left.
+    /// Marks the pen as away, when its events have ceased.
     pub fn leave(&mut self) {
         *self = Self { dropped: self.dropped, ..Self::default() };
     }
@@ -163,7 +164,7 @@ impl PenState {
     }
 }
 
-/// rad, largest tilt that is taken: a pen that lies flat has no direction
+/// Largest tilt that is used, rad: a pen that lies flat has no direction.
 const MAX_TILT: f64 = 1.4;
 
 /// The shortest turn (unit quaternion x, y, z, w) of the z axis to a barrel that is tilted by these angles (rad) to the right and up.

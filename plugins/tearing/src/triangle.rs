@@ -19,7 +19,7 @@ pub struct PlaneStress {
 }
 
 impl PlaneStress {
-    /// Of Young's modulus (Pa) and Poisson's ratio.
+    /// The law with this Young's modulus (Pa) and Poisson's ratio.
     pub fn new(young: f64, poisson: f64) -> Self {
         Self { axial: young / (1.0 - poisson * poisson), poisson, shear: 0.5 * young / (1.0 + poisson) }
     }
@@ -33,9 +33,9 @@ impl PlaneStress {
 /// A triangle in its present state.
 pub struct Triangle {
     law: PlaneStress,
-    /// Volume times the share of it that is not damaged, m^3.
+    /// Volume times the undamaged fraction of it, m^3.
     intact: f64,
-    /// s
+    /// Ratio of viscosity to stiffness, s.
     damping_time: f64,
     /// Gradients of the corners' shape functions by material coordinates, 1/m.
     gradients: [Vec2; 3],
@@ -43,7 +43,7 @@ pub struct Triangle {
     columns: [Vec3; 2],
     /// Green's strain `[E11, E22, 2 E12]`.
     strain: Vec3,
-    /// Its rate, 1/s.
+    /// Rate of the strain, 1/s.
     rate: Vec3,
 }
 
@@ -81,7 +81,7 @@ impl Triangle {
         Self { law, intact, damping_time, gradients, columns, strain, rate }
     }
 
-    /// The largest principal stretch less 1.
+    /// The largest principal stretch minus 1.
     pub fn principal_strain(&self) -> f64 {
         let [green, _] = eigenvalues(self.strain[0], self.strain[1], 0.5 * self.strain[2]);
         (1.0 + 2.0 * green).max(0.0).sqrt() - 1.0

@@ -68,7 +68,7 @@ struct ShardRows {
 
 /// Rows of all shards, sorted by edit; they are read one by one.
 pub struct Table {
-    /// Columns.
+    /// Columns of the table, in order.
     columns: Vec<Column>,
     /// Tables of the shards.
     shards: Vec<ShardRows>,
@@ -133,7 +133,7 @@ pub fn collect(folders: &[PathBuf], options: CollectOptions) -> Result<Collected
     table.columns = open.columns.clone();
     table.columns.extend(extra_columns(options));
     let failed = table.rows.values().filter(|row| row.record.failed.is_some()).count() as u64;
-    let missing = missing(&table, &open, &counts);
+    let missing = missing_by_shard(&table, &open, &counts);
     Ok(Collected { table, edits: open.edits, failed, missing })
 }
 
@@ -174,7 +174,7 @@ fn extra_columns(options: CollectOptions) -> Vec<Column> {
 }
 
 /// Numbers of missing edits by shard. `counts` are the numbers of shards into which the sweep was divided.
-fn missing(table: &Table, open: &OpenRecord, counts: &BTreeSet<u64>) -> BTreeMap<String, u64> {
+fn missing_by_shard(table: &Table, open: &OpenRecord, counts: &BTreeSet<u64>) -> BTreeMap<String, u64> {
     // With several divisions the shard of a missing edit is not known.
     let shards = if counts.len() == 1 { open.shards } else { 1 };
     let mut missing = BTreeMap::new();

@@ -7,7 +7,7 @@
 use super::child::ChildRunner;
 use super::failure::Failure;
 use super::options::{BatchEnd, Progress, RunOptions};
-use super::resume::{Missing, MissingEdit};
+use super::resume::{MissingEdit, ResumeState};
 use super::run_edit::{EditResult, EditRunner, EditSeconds, MODELS_KEPT};
 use crate::column::row_text;
 use crate::edit::Resolved;
@@ -126,7 +126,7 @@ impl Pool {
         meshes: MeshStore,
         options: RunOptions,
         files: ShardFiles,
-        missing: Missing,
+        resumed: ResumeState,
     ) -> Result<Self, BatchError> {
         let isolated = options.isolate || sweep.limits.memory.is_some();
         // An edit that was running when a process was killed may have caused it.
@@ -138,13 +138,13 @@ impl Pool {
         };
         let progress = Progress {
             edits: options.shard.len(sweep.edits()),
-            done: missing.done,
-            failed: missing.failed,
+            done: resumed.done,
+            failed: resumed.failed,
             ..Progress::default()
         };
         let syncer = files.syncer()?;
         let state = State {
-            queue: missing.edits.into_iter().map(task).collect(),
+            queue: resumed.edits.into_iter().map(task).collect(),
             running: HashMap::new(),
             files,
             progress,
@@ -165,7 +165,7 @@ impl Pool {
             shared: Arc::new(shared),
             syncer,
             began: Instant::now(),
-            outdated: missing.outdated,
+            outdated: resumed.outdated,
             workers: HashMap::new(),
             next: 0,
             abandoned: 0,

@@ -20,8 +20,8 @@ pub(super) struct MissingEdit {
     pub(super) attempts: u32,
 }
 
-/// Missing edits of a shard, and numbers of the others.
-pub(super) struct Missing {
+/// State of a shard when it is resumed: its missing edits, and the numbers of its rows.
+pub(super) struct ResumeState {
     /// Edits without a row, by ascending index.
     pub(super) edits: Vec<MissingEdit>,
     /// Number of edits with a row.
@@ -34,15 +34,15 @@ pub(super) struct Missing {
 
 /// Compares the rows of a shard with the current sweep. Rows of unchanged edits are valid; those whose edit has another index now are written
 /// again with it; all others are invalid.
-pub(super) fn missing(
+pub(super) fn compare_with_sweep(
     sweep: &Sweep,
     keys: &KeyMaker,
     options: &RunOptions,
     files: &mut ShardFiles,
     state: ShardState,
-) -> Result<Missing, BatchError> {
+) -> Result<ResumeState, BatchError> {
     let indices: Vec<u64> = options.shard.edits(sweep.edits()).collect();
-    let mut missing = Missing { edits: Vec::new(), done: 0, failed: 0, outdated: 0 };
+    let mut resumed = ResumeState { edits: Vec::new(), done: 0, failed: 0, outdated: 0 };
     let is_retried = |row: &RowRecord| options.retry_failed && row.failed.is_some();
     let same_columns = state.opened.as_ref().is_none_or(|open| open.columns == sweep.columns());
     let known: HashMap<EditKey, RowRecord> = match same_columns {
@@ -56,17 +56,17 @@ pub(super) fn missing(
         match row {
             None => {
                 let attempts = state.under_way.get(&index).copied().unwrap_or(0);
-                missing.edits.push(MissingEdit { index, attempts });
+                resumed.edits.push(MissingEdit { index, attempts });
             }
             Some(row) => {
-                missing.failed += u64::from(row.failed.is_some());
+                resumed.failed += u64::from(row.failed.is_some());
                 kept.insert(index, row.clone());
             }
         }
     }
-    missing.done = kept.len() as u64;
+    resumed.done = kept.len() as u64;
     let valid: std::collections::HashSet<&EditKey> = kept.values().map(|row| &row.key).collect();
-    missing.outdated = state.rows.values().filter(|row| !is_retried(row) && !valid.contains(&row.key)).count() as u64;
+    resumed.outdated = state.rows.values().filter(|row| !is_retried(row) && !valid.contains(&row.key)).count() as u64;
     for (index, row) in &kept {
         if row.edit != *index {
             move_row(sweep, *index, row, files)?;
@@ -75,7 +75,7 @@ pub(super) fn missing(
     for index in state.rows.keys().filter(|index| !kept.contains_key(index)) {
         files.drop_row(*index)?;
     }
-    Ok(missing)
+    Ok(resumed)
 }
 
 /// Keys of the edits with these indices, computed by `jobs` threads.

@@ -2,7 +2,7 @@
 
 use super::options::{BatchEnd, Progress, RunOptions};
 use super::pool::Pool;
-use super::resume::missing;
+use super::resume::compare_with_sweep;
 use crate::error::BatchError;
 use crate::key::KeyMaker;
 use crate::store::{MeshStore, ShardFiles};
@@ -35,7 +35,7 @@ pub fn run(
         meshes.remove_leftovers();
     }
     let keys = KeyMaker::new(&options.program, &options.search);
-    let missing = missing(&sweep, &keys, &options, &mut files, state)?;
+    let resumed = compare_with_sweep(&sweep, &keys, &options, &mut files, state)?;
     files.begin(&sweep, options.shard, &options.program)?;
-    Pool::new(Arc::new(sweep), keys, meshes, options, files, missing)?.run(progress)
+    Pool::new(Arc::new(sweep), keys, meshes, options, files, resumed)?.run(progress)
 }

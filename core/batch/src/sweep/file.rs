@@ -68,7 +68,7 @@ pub(super) struct AxisFile {
     pub(super) zip: Option<Vec<Spanned<ParameterFile>>>,
     /// Random samples of several parameters.
     pub(super) sample: Option<SampleFile>,
-    /// Repetitions.
+    /// Number of repetitions of each edit, and the path of their seed.
     pub(super) repeat: Option<RepeatFile>,
 }
 
@@ -104,7 +104,7 @@ pub(super) struct RangeFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct SampleFile {
-    /// Sampling method.
+    /// Method that distributes the samples over the ranges of the parameters.
     pub(super) method: Method,
     /// Number of samples.
     pub(super) count: Spanned<u64>,
@@ -115,7 +115,7 @@ pub(super) struct SampleFile {
     pub(super) over: Vec<Spanned<SampledFile>>,
 }
 
-/// Sampling method.
+/// Method that distributes samples over the ranges of parameters.
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Method {

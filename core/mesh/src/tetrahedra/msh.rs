@@ -9,7 +9,9 @@ use super::{msh2, msh4};
 /// A version of the format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Version {
+    /// Versions 2 to 2.2.
     Two,
+    /// Version 4.1.
     FourOne,
 }
 

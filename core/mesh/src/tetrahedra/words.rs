@@ -2,7 +2,7 @@
 
 use super::error::TetMeshProblem;
 
-/// A problem with the byte at which it is.
+/// A problem, after the byte of the file at which it is.
 pub(super) type Located = (usize, TetMeshProblem);
 
 /// How numbers are written.
@@ -12,7 +12,7 @@ pub(super) enum Encoding {
     Text,
     /// Numbers of 4 and 8 bytes, the least significant byte first.
     LittleEndian,
-    /// The same, the most significant byte first.
+    /// Numbers of 4 and 8 bytes, the most significant byte first.
     BigEndian,
 }
 
@@ -88,12 +88,12 @@ pub(super) fn shorten(word: &[u8]) -> String {
 }
 
 impl<'a> Words<'a> {
-    /// A cursor at the first byte, in a text.
+    /// A cursor at the first byte; numbers are text.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0, encoding: Encoding::Text }
     }
 
-    /// Byte of the cursor.
+    /// Position of the cursor, bytes from the start of the file.
     pub(super) fn at(&self) -> usize {
         self.at
     }
@@ -233,7 +233,7 @@ impl<'a> Words<'a> {
         if value.is_finite() { Ok(value) } else { Err(wrong()) }
     }
 
-    /// A number of this type, which may be infinite or none: of an array that nobody may ask for.
+    /// A number of type `of`, which may be infinite or NaN: arrays are read before it is known whether a scene uses them.
     ///
     /// # Errors
     /// The end of the file and another word.
@@ -270,7 +270,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Moves to a byte.
+    /// Moves the cursor to a byte of the file.
     pub(super) fn go_to(&mut self, at: usize) {
         self.at = at.min(self.bytes.len());
     }

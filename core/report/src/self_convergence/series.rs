@@ -4,14 +4,14 @@ use pliant_engine::scene::{IntegratorChoice, Scene};
 use pliant_engine::session::Session;
 use pliant_solver::Scheme;
 
-/// The setting of the step.
+/// Path of the step size in a scene.
 pub(super) const STEP: &str = "time.dt";
-/// The setting of the linear solver's tolerance.
+/// Path of the linear solver's tolerance in a scene.
 pub(super) const TOLERANCE: &str = "solver.tolerance";
-/// The setting of the grid's level.
+/// Path of the grid level of the first body in a scene.
 pub(super) const LEVEL: &str = "body.0.grid.level";
 
-/// Residuals of the linear solver that are tried, the last as reference.
+/// Relative residuals of the linear solver in a refinement series; the last is the reference.
 const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-10];
 /// Schemes whose steps a full report refines, whichever the scene has.
 const COMMON_SCHEMES: [Scheme; 3] = [Scheme::SymplecticEuler, Scheme::BackwardEuler, Scheme::Bdf2];

@@ -19,7 +19,7 @@ use weighted::WeightedElements;
 pub struct ElementList {
     /// Node indices (m x k), or with `weights` those of the stencils.
     pub nodes: Vec<u32>,
-    /// For tetrahedra whose corners are weighted sums of nodes: their weights. The elements of stencil i follow each other.
+    /// Weights of the nodes in the corners, for tetrahedra whose corners are weighted sums of nodes; the elements of one stencil are consecutive.
     pub weights: Option<&'static CornerWeights>,
     /// Family of each element, such as structural or shear (m), or empty.
     pub family: Vec<u32>,
@@ -63,7 +63,7 @@ pub struct ElementSet {
     pub(super) schedule: Schedule,
     /// Slots in the matrix of each pair of nodes of a stencil (stencils x pairs); empty without a matrix.
     pub(super) slots: Vec<u32>,
-    /// What weighted elements pass to the material in the place of nodes.
+    /// Corners and slots that calls of weighted elements pass to the material instead of those of nodes.
     weighted: WeightedElements,
 }
 
@@ -154,12 +154,12 @@ impl ElementSet {
         self.failed_count
     }
 
-    /// Number of times that [`ElementSet::failed`] has changed or the elements were made anew: while it is the same, so is the list.
+    /// Number of changes of [`ElementSet::failed`] and of the elements; two equal numbers mean the same list.
     pub fn failed_changes(&self) -> u64 {
         self.failed_changes
     }
 
-    /// Calls `run` for the parts of a chunk between elements that have failed, in order: for the chunk itself where none is.
+    /// Calls `run` for the parts of a chunk between failed elements, in order; for the whole chunk if none of its elements has failed.
     pub(super) fn for_each_intact<E>(
         &self,
         chunk: &Chunk,
@@ -178,8 +178,8 @@ impl ElementSet {
         Ok(())
     }
 
-    /// Asks the material which elements have failed, unless it was asked since the history or the rest data last changed. After an error the list is
-    /// as before, and the next call asks again.
+    /// Updates the list of failed elements by the material, if the history or the rest data have changed since the last update. After an error the list
+    /// is as before, and the next call tries again.
     pub(super) fn update_failed(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
         if !(self.failed_is_stale && self.has(abi::CAN_FAIL)) {
             return Ok(());

@@ -26,7 +26,7 @@ const NODE_PAIRS: usize = NODES * (NODES + 1) / 2;
 /// Vectors at the corners of a batch, by element.
 type Corners = [[f64; 3]; CORNERS];
 
-/// What calls of weighted elements pass in the place of nodes: each element has corners of its own, by its place in its batch.
+/// Corners and slots that calls of weighted elements pass instead of those of nodes. Each element has corners of its own, numbered by its position in its batch.
 #[derive(Default)]
 pub(super) struct WeightedElements {
     /// Corners of each element in the arrays of its batch (m x 4).

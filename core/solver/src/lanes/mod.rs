@@ -22,7 +22,7 @@ use pulp::NullaryFnOnce;
 pub use entry::Entry;
 pub use plain::Plain;
 
-/// Numbers of a register: rows or nodes that are processed together.
+/// Number of lanes: rows or nodes that are processed together.
 pub const LANES: usize = 16;
 /// Numbers that a lookup selects from.
 pub const LOOKED_UP: usize = 32;
@@ -148,14 +148,14 @@ pub fn put<U: Lanes>(unit: U, [x, y, z]: [U::V; 3]) -> Vectors {
     [unit.store(x), unit.store(y), unit.store(z)]
 }
 
-/// Vectors by sixteen, with zeros behind them.
+/// Vectors in groups of sixteen, the last one padded with zeros.
 #[cfg(test)]
 pub fn by_sixteen(vectors: &[[f32; 3]]) -> Vec<Vectors> {
     let sixteen = |all: &[[f32; 3]]| [0, 1, 2].map(|c| std::array::from_fn(|lane| all.get(lane).map_or(0.0, |v| v[c])));
     vectors.chunks(16).map(sixteen).collect()
 }
 
-/// One by one.
+/// The vectors of groups of sixteen, one after the other, with the padding.
 #[cfg(test)]
 pub fn one_by_one(sixteens: &[Vectors]) -> Vec<[f32; 3]> {
     sixteens.iter().flat_map(|planes| (0..16).map(move |lane| planes.map(|plane| plane[lane]))).collect()
@@ -163,7 +163,7 @@ pub fn one_by_one(sixteens: &[Vectors]) -> Vec<[f32; 3]> {
 
 /// A loop that is compiled for each vector unit.
 pub trait Work {
-    /// The result.
+    /// Result of the loop.
     type Output;
     /// Runs the loop on a vector unit.
     fn on(self, unit: impl Lanes) -> Self::Output;

@@ -3,7 +3,7 @@
 use super::blocks::{BlockUnit, COLUMN, ENTRY, ROW, Scalar};
 use super::{Lanes, Quad, Sixteen, flush_denormals};
 
-/// Processes one number after the other.
+/// The portable vector unit, which processes one number after the other.
 #[derive(Clone, Copy)]
 pub struct Plain;
 
@@ -206,8 +206,8 @@ pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     in_double(a, b, c)
 }
 
-/// The same without an instruction for it: the product is exact, and the sum is rounded to an odd last digit, so that rounding it again
-/// does no harm (Boldo and Melquiond 2008).
+/// As [`fused`], in double precision, for processors without a fused multiply-add instruction. The product is exact; the sum is rounded to odd, so that the
+/// second rounding to single precision gives the correct result (Boldo and Melquiond 2008).
 #[inline(always)]
 pub fn in_double(a: f32, b: f32, c: f32) -> f32 {
     let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));

@@ -18,12 +18,12 @@ pub fn times<U: Lanes>(unit: U, m: &[Sixteen; 6], v: [U::V; 3]) -> [U::V; 3] {
 /// Indices of the six stored numbers in a 3 x 3 block.
 pub const PLACES: [usize; 6] = [0, 1, 2, 4, 5, 8];
 
-/// Stores the inverse of node `i` among those of all nodes.
+/// Stores the symmetric inverse of the diagonal block of node `i` among those of all nodes, of which sixteen are together.
 pub fn put_inverse(all: &mut [f32], i: usize, inverse: &Block) {
     put_block(&mut all.as_chunks_mut().0.as_chunks_mut().0[i / 16], i % 16, inverse);
 }
 
-/// Stores a block in one lane.
-pub fn put_block(sixteen: &mut [Sixteen; 6], lane: usize, inverse: &Block) {
-    (0..6).for_each(|e| sixteen[e][lane] = inverse[PLACES[e]] as f32);
+/// Stores the six numbers of a symmetric block, rounded to single precision, in lane `lane` (0 to 15).
+pub fn put_block(sixteen: &mut [Sixteen; 6], lane: usize, block: &Block) {
+    (0..6).for_each(|e| sixteen[e][lane] = block[PLACES[e]] as f32);
 }

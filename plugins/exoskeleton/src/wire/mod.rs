@@ -49,7 +49,7 @@ mod flag {
     pub const LAST: u8 = 4;
 }
 
-/// What a datagram contains. The numbers are those in the kind byte.
+/// Kind of a datagram's content. The values are those of the kind byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DatagramKind {
     /// The state of the fingers, from the device.
@@ -150,7 +150,7 @@ pub enum Rejection {
     Magic,
     /// It has another version.
     Version,
-    /// It is of the other direction, or bits or numbers that must be 0 are not, or those that must not are.
+    /// Its kind is that of the other direction, a reserved bit or field is not 0, or a field that must not be 0 is.
     Kind,
     /// It has another number of fingertips or taxels.
     Layout,

@@ -1,4 +1,6 @@
-//! AVX-512.
+//! The vector unit of processors with AVX-512: sixteen numbers in one register.
+//!
+//! Constants of type `u32x16` are permutations of two registers a and b: a number below 16 is a lane of a, another one less 16 is a lane of b.
 
 use super::{EACH_FOUR, first};
 use crate::lanes::{Entry, Lanes, Quad, Sixteen, TINY};
@@ -6,16 +8,19 @@ use pulp::x86::{V3, V4};
 use pulp::{Simd, cast, f32x16, f64x8, u32x16};
 use std::arch::x86_64::{__m256, __m512, __m512d};
 
-/// First and second components of the first eight vectors of two registers, and the third ones.
+/// First components, then second components, of the eight padded vectors in two registers.
 const FIRST_TWO: u32x16 = u32x16(0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29);
+/// Third components of the eight padded vectors in two registers, twice.
 const THIRD: u32x16 = u32x16(2, 6, 10, 14, 18, 22, 26, 30, 2, 6, 10, 14, 18, 22, 26, 30);
-/// Where the components of four vectors are in two planes, and what is third in another.
+/// Lanes of the first and second components of vectors 4 k to 4 k + 3 in the planes of these components, by k.
 const PAIRS: [u32x16; 4] = [pairs(0), pairs(4), pairs(8), pairs(12)];
+/// Lanes that add the third components, from their plane, to four vectors made by [`PAIRS`], by k.
 const WITH_THIRD: [u32x16; 4] = [with_third(0), with_third(4), with_third(8), with_third(12)];
-/// Without what is behind a vector.
+/// Mask of the components of four padded vectors, without the padding.
 const THREE_OF_FOUR: u16 = 0b0111_0111_0111_0111;
-/// Of pairs of quarters, the even and the odd ones.
+/// The even quarters (four lanes each) of two registers, alternating between these.
 const EVEN: u32x16 = u32x16(0, 1, 2, 3, 16, 17, 18, 19, 8, 9, 10, 11, 24, 25, 26, 27);
+/// The odd quarters (four lanes each) of two registers, alternating between these.
 const ODD: u32x16 = u32x16(4, 5, 6, 7, 20, 21, 22, 23, 12, 13, 14, 15, 28, 29, 30, 31);
 
 const fn pairs(k: u32) -> u32x16 {
