@@ -27,7 +27,7 @@ pub struct Live {
 }
 
 impl Live {
-    /// Of a thread that has the session of `session`.
+    /// A live session on a thread that has taken over the session of `session`.
     pub fn of(thread: LiveThread, session: Py<Session>, bodies: Vec<String>, tools: Vec<String>) -> Self {
         Self { thread: Mutex::new(Some(thread)), kept: Mutex::default(), session, bodies, tools }
     }
@@ -37,7 +37,7 @@ impl Live {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// Does something with the thread, which is there until it is stopped.
+    /// Calls `act` with the thread; an error after it was stopped.
     fn with<R>(&self, act: impl FnOnce(&LiveThread) -> Result<R, Failure>) -> PyResult<R> {
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
         let stopped = || Failure::new(Kind::Closed, "it was stopped; allowed is to play the session anew");
@@ -87,11 +87,11 @@ fn pose_arrays<'py>(py: Python<'py>, used: &[UsedPose]) -> PoseArrays<'py> {
     )
 }
 
-/// What Python asks of a device, from a dict with these keys (`GivenWish` of `_device_hand.py`); `None` for what stays as it is.
+/// Settings of a device from a dict with these keys (`GivenWish` of `_device_hand.py`); `None` keeps the present value.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(super) struct GivenWish {
-    /// m, what the middle of the picture shows
+    /// Point of the scene in the centre of the picture, m.
     pub(super) centre: Option<[f64; 3]>,
     /// From axes of the picture to those of the scene: a quaternion (x, y, z, w).
     pub(super) rotation: Option<[f64; 4]>,

@@ -10,19 +10,19 @@ use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// A scene as Python hands it over: its text, where that stands, and what replaces parts of it.
+/// A scene from Python: its text, its path, and replacements of files and values.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct SceneText {
-    /// TOML.
+    /// Text of the scene, TOML.
     text: String,
-    /// The file, or what messages call it; paths in the scene are relative to its folder.
+    /// Path of the file, or its name in messages; paths in the scene are relative to its folder.
     path: PathBuf,
-    /// OBJ texts by the name that a body's `mesh` gives.
+    /// OBJ texts that replace files, by the value of a body's `mesh`.
     documents: BTreeMap<String, String>,
-    /// Factors of vertices by the name that the `csv` of a body's field gives.
+    /// Factors of vertices that replace files, by the value of `csv` of a body's field.
     factors: BTreeMap<String, Vec<f64>>,
-    /// Values by their path in the scene.
+    /// Replaced values of the scene, each with its path, as `--set` takes them.
     set: Vec<(String, String)>,
 }
 
@@ -30,7 +30,7 @@ pub struct SceneText {
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct OpenOptions {
-    /// Threads; 0 takes what the machine has.
+    /// Number of threads; 0 takes that of the machine.
     threads: usize,
     /// Folders that are searched for plugins first.
     plugin_path: Vec<PathBuf>,
@@ -42,12 +42,12 @@ pub struct OpenOptions {
     mesh: Option<PathBuf>,
     /// Devices whose hands the caller puts somewhere from the start.
     pub hands: Vec<String>,
-    /// Whether edits can be taken back.
+    /// Whether edits can be undone.
     history: bool,
 }
 
 impl OpenOptions {
-    /// Where plugins are looked for.
+    /// The folders in which plugins are searched.
     pub fn search(&self) -> Result<SearchPath, Failure> {
         let allowed = AllowedFolders::new(&self.allow_plugins)?;
         Ok(SearchPath::in_package(&self.plugin_path, &self.package_plugins).allow(allowed))
@@ -56,13 +56,13 @@ impl OpenOptions {
 
 /// A scene and the session opened from it.
 pub struct Opened {
-    /// What the scene says.
+    /// The parsed scene.
     pub scene: Scene,
     /// Its text and models.
     pub source: Source,
     /// The opened session.
     pub session: Session,
-    /// Where its plugins were looked for.
+    /// The folders in which its plugins were searched.
     pub search: SearchPath,
 }
 

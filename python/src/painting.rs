@@ -1,11 +1,11 @@
-//! What strokes have pinned and painted on a body, by vertex.
+//! Vertices of a body that strokes have pinned, and factors that they have painted.
 
 use super::failure::{Failure, Kind};
 use numpy::PyArray1;
 use pliant_engine::body::Body;
 use pyo3::prelude::*;
 
-/// What strokes have pinned and painted on a body.
+/// Vertices of a body that strokes have pinned, and factors that they have painted.
 #[derive(Clone, Default)]
 pub struct Painting {
     /// Pinned vertices, ascending.
@@ -15,7 +15,7 @@ pub struct Painting {
 }
 
 impl Painting {
-    /// Of a body as it is now.
+    /// The pinned and painted vertices of a body in its present state.
     pub fn of(body: &Body) -> Result<Self, Failure> {
         let factors = |param: &String| Ok((param.clone(), body.painted_vertices_of(param)?));
         let factors: Result<_, pliant_engine::body::LatticeError> = body.params.iter().map(factors).collect();

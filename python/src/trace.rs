@@ -7,45 +7,45 @@ use pliant_solver::Vec3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// What a run traced.
+/// The trace of a run: an entry of each array for each step.
 pub struct Trace {
-    /// s
+    /// End of each step, s.
     time: Vec<f64>,
     tools: Vec<ToolTrace>,
     nodes: Vec<u64>,
     elements: Vec<u64>,
-    /// J
+    /// Kinetic energy of all bodies, J.
     kinetic_energy: Vec<f64>,
-    /// J
+    /// Elastic energy of all bodies, J.
     elastic_energy: Vec<f64>,
     substeps: Vec<u64>,
     iterations: Vec<u64>,
     residual: Vec<f64>,
-    /// s, wall clock
+    /// Wall-clock time of each step, s.
     seconds: Vec<f64>,
 }
 
-/// What a run traced of a tool.
+/// The trace of one tool: an entry of each array for each step.
 #[derive(Default)]
 struct ToolTrace {
     name: String,
-    /// m
+    /// Position of the hand, m.
     hand: Vec<Vec3>,
-    /// m
+    /// Position of the proxy, m.
     proxy: Vec<Vec3>,
     /// Index of the body it was in contact with, -1 for none.
     contact: Vec<i64>,
     holds: Vec<bool>,
-    /// m
+    /// Displacement of the surface at the contact, m.
     depth: Vec<f64>,
-    /// N
+    /// Force on the hand, in axes of the scene, N.
     force: Vec<Vec3>,
-    /// N
+    /// Force rendered by the device, in its axes, N.
     device_force: Vec<Vec3>,
 }
 
 impl Trace {
-    /// Of a session, with room for `steps` steps.
+    /// An empty trace of a session, with room for `steps` steps.
     pub fn new(session: &Session, steps: usize) -> Self {
         let tool = |name: &String| ToolTrace { name: name.clone(), ..ToolTrace::default() };
         Self {
@@ -62,7 +62,7 @@ impl Trace {
         }
     }
 
-    /// Takes in the end of a step.
+    /// Appends the state at the end of a step.
     pub fn step(&mut self, frame: &Frame) {
         self.time.push(frame.time);
         self.nodes.push(frame.nodes as u64);

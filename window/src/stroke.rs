@@ -7,12 +7,12 @@ use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::PointerHandle;
 use pliant_solver::Vec3;
 
-/// The hand of the session.
+/// The hand of the session, which the pointer or a device moves.
 pub struct HandControl {
     hand: PointerHandle,
     device_frame: DeviceFrame,
     stroke: Option<Stroke>,
-    /// Where the hand was sent last.
+    /// Last pose to which the hand was sent.
     place: Option<HandPlace>,
     /// A device that can have the hand in the place of the pointer.
     device_hand: Option<DeviceHand>,
@@ -23,29 +23,29 @@ struct Stroke {
     path: PointerStroke,
     /// Mask of the button that is held.
     buttons: u32,
-    /// s, since it began
+    /// Time since it began, s.
     time: f64,
-    /// s, until the button is pressed
+    /// Time until the button is pressed, s.
     arrival: f64,
-    /// s, since it was let go while the hand was still on its way, or since that came nearer last
+    /// Time since the stroke was let go while the hand was still on its way, or since the hand last came nearer to its target, s.
     finishing: f64,
-    /// m, the least distance of the hand from its place since then
+    /// Smallest distance of the hand from its target since the stroke was let go, m.
     least_lag: f64,
-    /// Of a cut that was let go: s, until the blade has gone along the line.
+    /// Remaining time of the blade along the drawn line of a cut that was let go, s.
     sweep: Option<f64>,
-    /// Of a cut: where the blade waits for the line to be drawn.
+    /// Start of the drawn line of a cut, where the blade waits.
     start: Option<HandPlace>,
-    /// Of a cut: where the line leads.
+    /// End of the drawn line of a cut.
     end: Option<HandPlace>,
 }
 
-/// s, in which a hand goes from one place to the next: a frame
+/// Time in which the hand moves from one pose to the next, s: a frame.
 const GLIDE: f64 = 1.0 / 60.0;
-/// s, until the button is pressed, so that the hand is where it shall take hold: of one that hovered near, and of one that comes from afar
+/// Time until the button is pressed, so that the hand first reaches its place, s: for a hand that hovered near it, and for one farther away.
 const ARRIVAL: [f64; 2] = [0.008, 0.03];
 /// Radii of the tool within which a hand is near.
 const NEAR: f64 = 4.0;
-/// s, that a hand may stand still on its way after a stroke was let go; in slow motion it may take any time as long as it moves
+/// Longest time for which the hand may stand still on its way after a stroke was let go, s. A hand that moves may take any time, as in slow motion.
 const LONGEST_FINISH: f64 = 5.0;
 /// Radii of the tool by which a hand has moved on.
 const MOVED_ON: f64 = 0.05;
@@ -53,7 +53,7 @@ const MOVED_ON: f64 = 0.05;
 const ARRIVED: f64 = 0.2;
 /// Speed of a blade along a drawn line, radii of the tool for a second: a new tool crosses a model in a second.
 const SWEEP: f64 = 25.0;
-/// s, that a cut takes at least
+/// Shortest time of a cut along a drawn line, s.
 const SHORTEST_SWEEP: f64 = 0.3;
 /// Radii of the tool between it and the surface while nothing is pressed.
 const HOVER: f64 = 0.6;

@@ -1,4 +1,4 @@
-//! The pointer of those who use no mouse: arrow keys move it, Space takes hold and lets go.
+//! A pointer for use without a mouse: arrow keys move it, Space grips and lets go.
 
 use eframe::egui::{self, Key, Pos2, Rect, Vec2, vec2};
 
@@ -13,7 +13,7 @@ const WHEEL_SPEED: f32 = 240.0;
 /// Longest time between two frames that counts, s.
 const LONGEST_FRAME: f32 = 0.1;
 
-/// What the keys have done since the last frame.
+/// Effects of the keys since the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct KeyMotion {
     /// Turn of the view in picture heights, right and up.
@@ -77,7 +77,7 @@ impl KeyPointer {
         motion
     }
 
-    /// The stroke is over.
+    /// Ends the grip after the stroke has ended.
     pub(super) fn let_go(&mut self) {
         self.is_down = false;
     }

@@ -55,14 +55,14 @@ use tempfile::TempDir;
 /// A renderer that a picture's callback can use.
 pub type SharedRenderer = Arc<Mutex<dyn SurfaceRenderer + Send>>;
 
-/// What the renderer is still to be given.
+/// Data that the renderer has not received yet.
 #[derive(Default)]
 struct PendingUploads {
     /// Whether it has the bodies of another model.
     is_new_model: bool,
     uploads: Vec<Upload>,
     reference: Option<Arc<image::RgbaImage>>,
-    /// Whether a picture of a model was painted since this was asked last.
+    /// Whether a picture of a model was painted since the last query of this flag.
     was_painted: bool,
 }
 
@@ -85,7 +85,7 @@ pub struct App {
     sent_symmetry: Axes,
     /// Files that were opened last, the newest first.
     recent: Vec<PathBuf>,
-    /// Where Save writes.
+    /// File to which Save writes.
     save_path: Option<PathBuf>,
     /// Number of strokes that the saved file has, and whether any was made or taken back since.
     saved_strokes: Option<usize>,
@@ -102,16 +102,16 @@ pub struct App {
     closed_unit: Option<LengthUnit>,
     /// Whether the list of keys is shown.
     shows_keys: bool,
-    /// Whether it was in the frame before.
+    /// Whether the list of keys was shown in the frame before.
     keys_were_shown: bool,
     error: Option<String>,
     /// What happened, and when.
     messages: Vec<(Instant, String)>,
     /// Device plugins, once they were looked for.
     devices: Option<Vec<DeviceChoice>>,
-    /// Share of the force that a device renders, of what it can.
+    /// Force that the device renders over the force that it can render, 0 to 1.
     force_share: f64,
-    /// The pointer of those who use no mouse.
+    /// The pointer that keys move, for use without a mouse.
     keys: KeyPointer,
     layers: LayerPanel,
     reference: Reference,
@@ -119,7 +119,7 @@ pub struct App {
     times: FrameTimes,
     start: StartTimes,
     latency: PointerLatency,
-    /// What the picture of the last frame was of.
+    /// Stage of the opening that the picture of the last frame shows; `None` without a picture.
     painted: Option<StartStage>,
     /// Whether times are printed.
     prints_timings: bool,
@@ -131,13 +131,13 @@ pub struct App {
     is_material_changed: bool,
     /// Young's modulus (Pa) that the model was opened with; `None` for sheets and scenes.
     opened_young: Option<f64>,
-    /// Stiffness that is asked for, over that at the opening.
+    /// Requested stiffness over that at the opening of the model, 1.
     stiffness: f64,
-    /// Whether the history was gone through since it was asked for: the session says what it is then.
+    /// Whether an undo or redo has run since `stiffness` was set, so that `stiffness` is taken from the session.
     follows_stiffness: bool,
     /// Folders of shapes that are, or will be, open in another material; each goes with its entry.
     shapes: Vec<TempDir>,
-    /// Pixels of the screen for a point.
+    /// Pixels of the screen per point of the interface.
     pixels_per_point: f32,
 }
 
@@ -215,7 +215,7 @@ impl App {
         }
         let name = |path: &std::path::Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         let wanted = arguments.path.as_deref().map(name);
-        // Without a model any shape is offered, with one those of the same.
+        // Without a model every saved shape is offered, with one only those of the same file.
         let of_model = |found: &Abandoned| wanted.as_ref().is_none_or(|wanted| found.path() == wanted);
         if self.script.is_none()
             && let Some(found) = abandoned(arguments.autosave.as_deref()).into_iter().find(of_model)
@@ -282,7 +282,7 @@ impl eframe::App for App {
         self.model = None;
         self.simulation = None;
         self.shapes.clear();
-        // Whoever closes the window has saved, or was asked.
+        // The window closes after a save, or after the user has declined one.
         self.recovered.take().into_iter().for_each(Abandoned::discard);
     }
 }

@@ -1,11 +1,11 @@
-//! How the model is shown.
+//! Settings of the view of the model.
 
 use crate::gl::{Shading, Stereo, Wireframe};
 
-/// How the model is shown.
+/// Settings of the view of the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewSettings {
-    /// Of the surfaces.
+    /// Shading of the surfaces.
     pub shading: Shading,
     /// How edges of triangles are drawn.
     pub wireframe: Wireframe,

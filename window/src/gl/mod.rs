@@ -75,16 +75,16 @@ pub enum Channels {
     GreenAndBlue,
 }
 
-/// What is seen, and how.
+/// A view of the bodies: camera, shading, background and lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// From scene (m) to eye axes.
+    /// Transform from scene axes (m) to eye axes.
     pub view: Matrix4<f64>,
-    /// From eye axes to clip space.
+    /// Transform from eye axes to clip space.
     pub projection: Matrix4<f64>,
-    /// m, places of the scene that the positions of each body are relative to
+    /// Origin of the positions of each body in the scene, m.
     pub origins: Vec<[f64; 3]>,
-    /// Of the surfaces.
+    /// Shading of the surfaces.
     pub shading: Shading,
     /// How edges of triangles are drawn.
     pub wireframe: Wireframe,
@@ -94,7 +94,7 @@ pub struct Scene {
     pub opacity: f32,
     /// Whether the inner side of surfaces is marked: that of a solid is seen only through a hole, a sheet has two good sides.
     pub mark_backs: bool,
-    /// m, displacement of the last colour of [`Shading::Displacement`]
+    /// Displacement of the last colour of [`Shading::Displacement`], m.
     pub full_displacement: f32,
     /// Colours of the background at the top and at the bottom, red, green, blue, 0 to 1.
     pub background: [[f32; 3]; 2],
@@ -102,7 +102,7 @@ pub struct Scene {
     pub channels: Channels,
     /// Lines to draw in the scene: two ends (m) and a colour each.
     pub lines: Vec<Line>,
-    /// Where the reference image is drawn, behind everything else; `None` for nowhere.
+    /// Area in which the reference image is drawn, behind everything else; `None` draws none.
     pub reference: Option<ReferenceQuad>,
 }
 
