@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 pub enum ChildEnd {
     /// It exited by itself.
     Exited {
-        /// Exit code.
+        /// Exit code that the process returned.
         code: i32,
         /// Standard output, if it was piped.
         stdout: String,

@@ -101,13 +101,13 @@ fn run_command(cli: &Cli) -> Result<Outcome, Failure> {
     }
 }
 
-/// `pliant schema`.
+/// Runs `pliant schema`: prints the JSON Schema of scene files.
 fn schema() -> Result<Outcome, Failure> {
     print_json(&pliant_engine::scene::json_schema())?;
     Ok(Outcome::Done)
 }
 
-/// `pliant completions`.
+/// Runs `pliant completions`: prints the completion script of a shell.
 fn completions(cli: &Cli, shell: clap_complete::Shell) -> Result<Outcome, Failure> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "pliant", &mut script);

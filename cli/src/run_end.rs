@@ -20,7 +20,7 @@ pub fn run_outcome(summary: &Summary) -> Outcome {
     }
 }
 
-/// The same where warnings are errors if `strict`; a stopped run or a failed plugin stays what it is.
+/// The outcome of a run if warnings are errors (`strict`). A stopped run or a failed plugin keeps its outcome.
 pub fn strict_outcome(outcome: Outcome, summary: &Summary, strict: bool) -> Outcome {
     match outcome {
         Outcome::Done | Outcome::CheckFailed if strict && !summary.warnings.is_empty() => Outcome::Input,

@@ -24,7 +24,7 @@ pub enum ColumnKind {
     Number,
     /// True or false.
     Flag,
-    /// Texts.
+    /// Texts, in UTF-8.
     Text,
     /// Lists of numbers.
     Numbers,

@@ -139,7 +139,7 @@ fn axis(column: &Column, values: impl Iterator<Item = f64>) -> Axis {
     if low > 0.0 && high > LOG_RATIO * low { Axis::log(&label) } else { Axis::linear(&label) }
 }
 
-/// Draws lines.
+/// Draws column `y` over column `x` as an SVG picture, with a line for each value of column `by`.
 fn lines(columns: &[Column], x: usize, y: usize, by: Option<usize>, points: &Points) -> Result<String, BatchError> {
     if points.len() > MAX_LINES {
         let text = format!("{} lines; allowed are {MAX_LINES}. Draw a heat map with --heat", points.len());

@@ -61,7 +61,7 @@ pub struct InstanceRun {
 /// An instance gives the same bytes as a session on its own, for any number of threads. An instance whose step panics is lost, and the others go
 /// on; see [`SessionBatch::failures`].
 pub struct SessionBatch {
-    /// The sessions.
+    /// The sessions, in the order in which their scenes were given.
     instances: Vec<Instance>,
     /// Number of threads.
     jobs: usize,

@@ -28,7 +28,7 @@ pub struct PlasticFlow {
     pub yield_strain: f64,
     /// Increase of the yield strain per plastic strain.
     pub hardening: f64,
-    /// s, time constant of the flow at fixed deformation
+    /// Time constant of the flow at fixed deformation, s.
     pub flow_time: f64,
 }
 

@@ -76,7 +76,7 @@ fn relocate(table: &mut dyn TableLike, from: &Path, to: &Path) {
     }
 }
 
-/// The same for a value.
+/// As [`relocate`], for the texts of one value.
 fn relocate_value(value: &mut Value, from: &Path, to: &Path) {
     match value {
         Value::String(text) => {

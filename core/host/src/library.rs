@@ -15,7 +15,7 @@ use std::sync::Mutex;
 pub struct Library {
     /// Absolute path of the file.
     path: PathBuf,
-    /// Its plugins.
+    /// Descriptors of the plugins that the library offers, in its order.
     plugins: Vec<PluginInfo>,
     /// Entry table that the entry point of the library returned.
     pub(crate) table: &'static abi::Library,

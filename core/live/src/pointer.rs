@@ -41,7 +41,7 @@ struct Target {
 /// A pose of the hand in axes of the device.
 #[derive(Clone, Copy, Debug)]
 struct HandPose {
-    /// Position, m.
+    /// Position of the hand, m.
     position: Vec3,
     rotation: UnitQuaternion<f64>,
 }

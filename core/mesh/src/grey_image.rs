@@ -49,7 +49,7 @@ pub enum ImageProblem {
     TooLarge {
         /// Pixels in a row.
         width: u32,
-        /// Rows.
+        /// Number of rows.
         height: u32,
     },
 }

@@ -48,7 +48,7 @@ pub fn find_materials(document: &ObjDocument) -> (Vec<MaterialUse>, Vec<Material
     find_materials_in(document, document.name().parent().unwrap_or(Path::new("")))
 }
 
-/// The same with the `mtllib` files in `folder`, for a document that is a copy of a file there.
+/// As [`find_materials`], with the `mtllib` files in `folder`, for a document that is a copy of a file there.
 pub fn find_materials_in(document: &ObjDocument, folder: &Path) -> (Vec<MaterialUse>, Vec<MaterialWarning>) {
     let mut warnings = Vec::new();
     let mut defined = BTreeMap::new();

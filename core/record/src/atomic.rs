@@ -95,7 +95,7 @@ impl Write for AtomicFile {
 
 /// A folder under a temporary name beside its final one, to be renamed by its user. Dropping it removes it with its contents.
 pub(crate) struct AtomicFolder {
-    /// The folder.
+    /// The folder under its temporary name.
     folder: TempDir,
     /// Handle with the lock; `None` on systems that do not open folders.
     _lock: Option<File>,

@@ -40,7 +40,7 @@ pub(crate) struct ProbeReader {
 
 /// One probe and its value so far.
 struct ProbeState {
-    /// The probe.
+    /// The probe of the plan.
     probe: Probe,
     /// Vertex of the rest surface nearest to the probe's point; 0 without a point.
     vertex: usize,

@@ -21,7 +21,7 @@ pub struct RunStatistics {
     began: Instant,
     /// Wall-clock time of opening the scene, s.
     open_seconds: f64,
-    /// Probes.
+    /// Values of the probes so far.
     probes: ProbeReader,
     /// Wall-clock times of the steps.
     seconds: DurationStatistics,

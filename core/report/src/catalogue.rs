@@ -24,7 +24,7 @@ pub enum CatalogueError {
     Case {
         /// Name of the case.
         case: String,
-        /// The contradiction.
+        /// Contradiction in the case, as a sentence.
         why: String,
     },
 }

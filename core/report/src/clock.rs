@@ -43,9 +43,9 @@ pub(crate) struct BusyTime {
 /// A clock check in progress.
 pub(crate) struct ClockWatch {
     clock: Clock,
-    /// s, the report's clock at the start
+    /// Time of the report's clock at the start, s.
     wall: f64,
-    /// s, the calendar at the start
+    /// Calendar time at the start, s.
     calendar: f64,
 }
 

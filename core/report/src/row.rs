@@ -13,7 +13,7 @@ pub struct Row {
     pub method: String,
     /// Cells along the case's edge, or the level of a grid.
     pub n: u64,
-    /// s, step of the simulation
+    /// Step of the simulation, s.
     pub dt: f64,
     /// Threads of the run.
     pub threads: usize,
@@ -27,17 +27,17 @@ pub struct Row {
     pub expected_order: Option<f64>,
     /// Whether the row meets its criterion; absent without a criterion.
     pub passed: Option<bool>,
-    /// s, wall-clock time of the steps
+    /// Wall-clock time of the steps, s.
     pub wall_seconds: f64,
-    /// s, processor time of all threads
+    /// Processor time of all threads, s.
     pub cpu_seconds: f64,
-    /// s, wall-clock time of opening the scene
+    /// Wall-clock time of opening the scene, s.
     #[serde(default)]
     pub open_seconds: f64,
-    /// s, median time of a step after the warm-up
+    /// Median time of a step after the warm-up, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_seconds_median: Option<f64>,
-    /// s, 99th percentile of the time of a step after the warm-up
+    /// 99th percentile of the time of a step after the warm-up, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_seconds_p99: Option<f64>,
     /// Range of the repeats' medians over their median.

@@ -34,15 +34,15 @@ pub(crate) struct SceneRun<'a> {
 pub(crate) struct RunResult {
     /// Values of the measures in their order, SI; NaN if there is nothing to measure.
     pub(crate) values: Vec<f64>,
-    /// s, wall-clock time of all steps
+    /// Wall-clock time of all steps, s.
     pub(crate) wall: f64,
-    /// s, processor time of all threads during the steps
+    /// Processor time of all threads during the steps, s.
     pub(crate) cpu: f64,
-    /// s, wall-clock time of opening the scene
+    /// Wall-clock time of opening the scene, s.
     pub(crate) open: f64,
-    /// s, wall-clock time of each step
+    /// Wall-clock time of each step, s.
     pub(crate) step_seconds: Vec<f64>,
-    /// s, time of each step in regions, contact and integration
+    /// Time of each step in regions, contact and integration, s.
     pub(crate) stage_seconds: Vec<[f64; 3]>,
     /// Bytes of the largest data structures of the session.
     pub(crate) bytes: u64,
@@ -56,7 +56,7 @@ pub(crate) struct RunResult {
     pub(crate) unconverged: u64,
     /// Reason why a body was frozen; `None` if none was.
     pub(crate) frozen: Option<String>,
-    /// s, step of the simulation
+    /// Step of the simulation, s.
     pub(crate) dt: f64,
     /// Integrator, step limit, substeps and threads that were chosen.
     pub(crate) choices: Choices,

@@ -10,13 +10,13 @@ use core::ffi::CStr;
 /// Kind of a plugin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// [`abi::KIND_GRID`].
+    /// A grid ([`abi::KIND_GRID`]).
     Grid,
-    /// [`abi::KIND_MATERIAL`].
+    /// A material ([`abi::KIND_MATERIAL`]).
     Material,
-    /// [`abi::KIND_DEVICE`].
+    /// A device ([`abi::KIND_DEVICE`]).
     Device,
-    /// [`abi::KIND_CONTACT_LAW`].
+    /// A contact law ([`abi::KIND_CONTACT_LAW`]).
     ContactLaw,
 }
 

@@ -41,17 +41,17 @@ impl<'a> Shapes<'a> {
         Self { rest: rest_planes(elements), flow: None, damage: None, fibres: None }
     }
 
-    /// The same after a plastic deformation Fp: planes of `Fp^-1 - I` by rows, from the history. The energy is then one of `F Fp^-1`.
+    /// Adds a plastic deformation Fp: planes of `Fp^-1 - I` by rows, from the history. The energy is then a function of `F Fp^-1`.
     pub fn after_flow(self, flow: [&'a [f64]; 9]) -> Self {
         Self { flow: Some(flow), ..self }
     }
 
-    /// The same with a damage, 0 to 1, of each element, from the history: energy, forces, stiffness and viscosity are what it leaves of them.
+    /// Adds a damage d, 0 to 1, of each element, from the history: energy, forces, stiffness and viscosity are multiplied by 1 - d.
     pub fn with_damage(self, damage: &'a [f64]) -> Self {
         Self { damage: Some(damage), ..self }
     }
 
-    /// The same with fibres, whose rest data [`write_fibres`](super::write_fibres) wrote.
+    /// Adds fibres, whose rest data [`write_fibres`](super::write_fibres) wrote.
     fn with_fibres(self, elements: &Elements<'a>) -> Self {
         Self { fibres: Some(FibrePlanes::new(elements)), ..self }
     }

@@ -97,11 +97,11 @@ impl<'a> FibrePlanes<'a> {
 pub(super) struct Fibres<T> {
     /// Unit vector a along the fibres at rest; zero without fibres.
     direction: Vec3<T>,
-    /// `F a`
+    /// Fibre direction in the deformed shape, `F a`; its length is the stretch.
     stretched: Vec3<T>,
-    /// `dpsi/dI4`, Pa.
+    /// First derivative of the energy density by the squared stretch, `dpsi/dI4`, Pa.
     slope: T,
-    /// `d2psi/dI4^2`, Pa.
+    /// Second derivative of the energy density by the squared stretch, `d2psi/dI4^2`, Pa.
     curvature: T,
 }
 

@@ -37,7 +37,7 @@ pub fn scatter<S: Simd>(nodes: &[[u32; 4]], e: usize, vectors: &[Vec3<Wide<S>>; 
 /// Blocks of the pairs of corners of a few tetrahedra, one for each lane, that go to the matrix element by element. Pairs of several elements share a
 /// block of the matrix, so the order of the sums would depend on the vector unit if a pair of all lanes came before the next pair.
 pub struct ElementBlocks<T> {
-    /// By lane and pair ([`pair_index`](crate::pair_index)), N/m.
+    /// Block of each lane and pair of corners ([`pair_index`](crate::pair_index)), N/m.
     blocks: [[[[T; 3]; 3]; CORNER_PAIRS.len()]; MAX_LANES],
 }
 

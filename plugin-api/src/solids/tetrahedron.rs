@@ -29,7 +29,7 @@ impl Tetrahedron {
         Some(Self::from_gradients(gradients, share * six_volumes / 6.0))
     }
 
-    /// Its rest data.
+    /// Rest data of the tetrahedron: gradients of three shape functions, 1/m, and volume, m^3.
     pub fn rest_data(&self) -> [f64; STRIDE] {
         let g = &self.gradient;
         std::array::from_fn(|s| if s < 9 { g[1 + s / 3][s % 3] } else { self.volume })

@@ -15,7 +15,7 @@ pub struct ViscosityCoefficients {
 
 /// The damping blocks of an element.
 pub struct Damping<T> {
-    /// `F F^T`
+    /// Left Cauchy-Green tensor, `F F^T`.
     f_ft: Mat3<T>,
     /// F times the shape function gradients, 1/m.
     f_gradient: [Vec3<T>; 4],

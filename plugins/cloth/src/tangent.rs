@@ -108,7 +108,7 @@ fn blocks_with_first_corner<T: Real>([bb, bc, cc]: [Mat3<T>; 3]) -> [Mat3<T>; 2]
     [ab, ac]
 }
 
-/// `l^T r`
+/// The product `l^T r` of two 4 x 2 matrices.
 #[inline(always)]
 fn transpose_product<T: Real>(l: &[Vec2<T>; 4], r: &[Vec2<T>; 4]) -> Mat2<T> {
     let mut out = [r[0], r[0]];

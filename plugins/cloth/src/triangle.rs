@@ -46,7 +46,7 @@ impl Triangle {
         })
     }
 
-    /// Its rest data.
+    /// Rest data of the triangle: gradients of two shape functions, 1/m, and area, m^2.
     pub(crate) fn rest_data(&self) -> [f64; STRIDE] {
         let [_, b, c] = self.gradient;
         [b[0], b[1], c[0], c[1], self.area]

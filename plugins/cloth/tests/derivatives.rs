@@ -14,9 +14,9 @@ const SHEET: [(&str, f64); 5] =
 
 /// Parameters and deformation of a sheet.
 struct Case {
-    /// Parameter `frame`.
+    /// Value of the parameter `frame`.
     frame: f64,
-    /// Parameter `bending`.
+    /// Value of the parameter `bending`.
     bending: f64,
     /// Stretch along the warp.
     stretch: f64,

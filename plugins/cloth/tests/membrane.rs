@@ -46,7 +46,7 @@ struct Patch {
     /// Forces on the sides x = 0.1 and y = 0.1, N.
     right: [f64; 2],
     top: [f64; 2],
-    /// Energy, J.
+    /// Elastic energy of the whole patch, J.
     energy: f64,
 }
 

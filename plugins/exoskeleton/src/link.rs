@@ -51,7 +51,7 @@ struct ReceiveState {
 
 /// A socket and a session with the device at one address.
 pub struct Link {
-    /// Non-blocking socket.
+    /// Non-blocking UDP socket, by which datagrams are received and sent.
     socket: UdpSocket,
     /// Address of the device.
     peer: SocketAddr,

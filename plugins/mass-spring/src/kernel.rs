@@ -37,7 +37,7 @@ struct SpringState<T> {
     d_dot_w: T,
     /// Rest length, m.
     l0: T,
-    /// Stiffness, N/m.
+    /// Stiffness of the spring, N/m.
     k: T,
 }
 

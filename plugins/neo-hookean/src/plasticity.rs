@@ -40,7 +40,7 @@ pub(crate) struct Plasticity {
 /// The plastic state of an element.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlasticState {
-    /// `Fp^-1`.
+    /// Inverse of the plastic deformation gradient, `Fp^-1`.
     pub(crate) inverse: Mat3,
     /// Accumulated plastic strain.
     pub(crate) accumulated: f64,

@@ -15,7 +15,7 @@ const REACH: f64 = 0.6;
 /// The embedding rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Embedding {
-    /// Trilinear interpolation.
+    /// Trilinear interpolation between the corners of the cell.
     Trilinear,
     /// The paper's rule.
     PaperRatio,

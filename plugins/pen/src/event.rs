@@ -1,10 +1,10 @@
 //! Events of the kernel (`linux/input.h`): their bytes and the codes that a pen sends.
 
-/// Kinds of events.
+/// Kind of an event that ends a frame or reports lost events.
 pub(crate) const EV_SYN: u16 = 0;
-/// See [`EV_SYN`].
+/// Kind of an event of a button.
 pub(crate) const EV_KEY: u16 = 1;
-/// See [`EV_SYN`].
+/// Kind of an event of an axis.
 pub(crate) const EV_ABS: u16 = 3;
 
 /// End of a frame: the events before it belong together.
@@ -12,17 +12,17 @@ pub(crate) const SYN_REPORT: u16 = 0;
 /// The reader was too slow and events are missing up to the end of the frame.
 pub(crate) const SYN_DROPPED: u16 = 3;
 
-/// Code of the axis to the right, in an [`EV_ABS`] event; the other axes follow.
+/// Code of the axis to the right, in an [`EV_ABS`] event.
 pub(crate) const ABS_X: u16 = 0x00;
-/// See [`ABS_X`]. Towards the user.
+/// Code of the axis towards the user.
 pub(crate) const ABS_Y: u16 = 0x01;
-/// See [`ABS_X`]. Pressure of the tip.
+/// Code of the pressure of the tip.
 pub(crate) const ABS_PRESSURE: u16 = 0x18;
-/// See [`ABS_X`]. Of the tip above the tablet.
+/// Code of the distance of the tip above the tablet.
 pub(crate) const ABS_DISTANCE: u16 = 0x19;
-/// See [`ABS_X`]. To the right.
+/// Code of the tilt to the right.
 pub(crate) const ABS_TILT_X: u16 = 0x1a;
-/// See [`ABS_X`]. Towards the user.
+/// Code of the tilt towards the user.
 pub(crate) const ABS_TILT_Y: u16 = 0x1b;
 
 /// The pen is near, its tip first.

@@ -12,9 +12,9 @@ pub(crate) struct FoundPen {
     pub name: String,
 }
 
-/// Where the system describes its input devices, and where their files are.
+/// Folder in which the system describes its input devices.
 pub(crate) const CLASS: &str = "/sys/class/input";
-/// See [`CLASS`].
+/// Folder of the files of input devices.
 pub(crate) const FILES: &str = "/dev/input";
 
 /// The pens that `class` describes, whose files are in `files`, in the order of their numbers.

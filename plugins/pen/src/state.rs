@@ -7,13 +7,13 @@ use crate::event::{
 };
 use pliant_plugin_api::abi::{POSE_VALID, Pose};
 
-/// Buttons of the hand: the tip touches.
+/// Button of the hand: the tip touches.
 pub(crate) const TIP: u32 = 1;
-/// See [`TIP`]. The lower button of the barrel.
+/// Button of the hand: the lower button of the barrel.
 pub(crate) const LOWER: u32 = 1 << 1;
-/// See [`TIP`]. The upper button of the barrel.
+/// Button of the hand: the upper button of the barrel.
 pub(crate) const UPPER: u32 = 1 << 2;
-/// See [`TIP`]. The eraser is towards the tablet.
+/// Button of the hand: the eraser is towards the tablet.
 pub(crate) const ERASER: u32 = 1 << 3;
 
 /// Mapping from values of the pen to the space of the hand.

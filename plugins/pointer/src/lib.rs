@@ -49,7 +49,7 @@ struct Latest {
 
 /// A hand that datagrams of text move.
 pub struct Pointer {
-    /// Non-blocking socket.
+    /// Non-blocking UDP socket, by which samples are received and forces sent.
     socket: UdpSocket,
     /// Limits that it declares.
     info: DeviceInfo,
@@ -61,9 +61,9 @@ pub struct Pointer {
     force: [AtomicU64; 3],
     /// Time at which the force expires, ns on the host's clock.
     valid_until_ns: AtomicU64,
-    /// Datagrams accepted.
+    /// Number of datagrams accepted.
     accepted: AtomicU64,
-    /// Datagrams that could not be parsed.
+    /// Number of datagrams that could not be parsed.
     rejected: AtomicU64,
 }
 

@@ -6,7 +6,7 @@ use pliant_plugin_api::param::Table;
 /// Interpolation between two keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Constant speed.
+    /// Linear, with constant speed between the keyframes.
     Linear,
     /// Cubic, with zero velocity at both keyframes.
     Smooth,
@@ -14,15 +14,15 @@ pub enum Interpolation {
 
 /// A position at a time.
 struct Keyframe {
-    /// Time, s.
+    /// Time at which the hand is there, s.
     time: f64,
-    /// Position, m, device axes; for a path of rotations a rotation vector, degrees.
+    /// Position in axes of the device, m; for a path of rotations a rotation vector, degrees.
     position: [f64; 3],
 }
 
 /// The buttons pressed from a time on.
 struct ButtonChange {
-    /// Time, s.
+    /// Time from which on they are pressed, s.
     time: f64,
     /// Pressed buttons: button i is bit i.
     mask: u32,

@@ -24,13 +24,13 @@ pub struct Tearing {
     young: f64,
     /// Poisson's ratio.
     poisson: f64,
-    /// m
+    /// Thickness of the sheet, m.
     thickness: f64,
-    /// kg/m^3
+    /// Mass per volume, kg/m^3.
     density: f64,
     /// Tensile strength, Pa.
     strength: f64,
-    /// J/m^2
+    /// Fracture energy per area of crack, J/m^2.
     fracture_energy: f64,
     /// Damping over stiffness, s.
     damping_time: f64,

@@ -44,7 +44,7 @@ struct Task {
 
 /// A running edit.
 struct Running {
-    /// The edit.
+    /// The edit and its number of attempts.
     task: Task,
     /// Its key, once it is known.
     key: Option<EditKey>,
@@ -325,7 +325,7 @@ impl Shared {
 
 /// A thread that runs edits.
 struct Worker {
-    /// Its number.
+    /// Number of the worker, the key of its edit in [`State::running`].
     number: usize,
     /// Data of all workers.
     shared: Arc<Shared>,

@@ -56,7 +56,7 @@ pub(crate) struct OpenRecord {
 }
 
 impl OpenRecord {
-    /// The shard.
+    /// The shard that the process runs, and the number of shards.
     pub(crate) fn shard(&self) -> Shard {
         Shard { number: self.shard, count: self.shards }
     }

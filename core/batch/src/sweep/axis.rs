@@ -22,7 +22,7 @@ pub(crate) struct Parameter {
     pub(crate) kind: ColumnKind,
 }
 
-/// An axis.
+/// An axis of a sweep: parameters that vary together, with their values at each point.
 #[derive(Clone, Debug)]
 pub(crate) struct Axis {
     /// Its parameters (p).

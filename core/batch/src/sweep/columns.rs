@@ -72,7 +72,7 @@ fn given(sweep: &Sweep) -> Vec<Column> {
 struct Planned {
     /// Scene with the settings of the edit.
     scene: Scene,
-    /// Its plan.
+    /// Plan of that scene.
     plan: Plan,
 }
 

@@ -41,7 +41,7 @@ pub(super) enum OneOrMany {
 }
 
 impl OneOrMany {
-    /// All texts.
+    /// The texts as a list, of length 1 for a single text.
     pub(super) fn all(&self) -> &[String] {
         match self {
             Self::One(one) => std::slice::from_ref(one),

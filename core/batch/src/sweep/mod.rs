@@ -70,7 +70,7 @@ pub struct Sweep {
     columns: Vec<Column>,
     /// Number of columns before `status`.
     given: usize,
-    /// See [`Sweep::digest`].
+    /// Value of [`Sweep::digest`], computed when the sweep is read.
     digest: String,
 }
 

@@ -13,7 +13,7 @@ use std::sync::Arc;
 const CAP_OFFSET: f64 = 1e-6;
 /// Largest distance along the surface, in edges of a cell, at which the side of any other vertex is evaluated.
 const SURFACE_OFFSET: f64 = 0.01;
-/// The same for an open surface, where vertices close to a cut may have been snapped onto it.
+/// [`SURFACE_OFFSET`] of an open surface, where vertices close to a cut may have been snapped onto it.
 const OPEN_SURFACE_OFFSET: f64 = 0.1;
 /// Width of the margin of a cut outside of the body, in edges of a cell: a segment between two points inside may pass outside.
 const CUT_MARGIN: f64 = 0.1;

@@ -66,7 +66,7 @@ pub enum Layer {
     Vertices(Vec<f64>),
     /// A factor by the grey value at the texture coordinates of each triangle.
     Texture {
-        /// The image.
+        /// Grey values over the unit square of the texture coordinates.
         image: GreyImage,
         /// Texture coordinates of the corners of each triangle (m x 3).
         corners: Vec<[[f64; 2]; 3]>,

@@ -16,9 +16,9 @@ pub enum Place {
     },
     /// Nodes within a ball.
     Ball {
-        /// Centre, m.
+        /// Centre of the ball in the scene, m.
         centre: Vec3,
-        /// Radius, m.
+        /// Radius of the ball, m.
         radius: f64,
     },
     /// Nodes with these numbers; for a sheet, numbers of vertices in the file.

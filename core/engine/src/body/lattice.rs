@@ -116,7 +116,7 @@ pub enum LatticeError {
         origin: String,
         /// Number of the node.
         node: usize,
-        /// m, its rest position
+        /// Rest position of the node, m.
         at: [f64; 3],
         /// Its mass, kg.
         mass: f64,

@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// A change of the rest shape.
 #[derive(Debug, Default)]
 pub struct RestChange {
-    /// m, displacement of the rest position of each node (n x 3)
+    /// Displacement of the rest position of each node, m (n x 3).
     pub nodes: Vec<Vec3>,
     /// Vertices with a displacement (m) in addition to the interpolated one of the nodes: details finer than a cell.
     pub points: Vec<(u32, Vec3)>,

@@ -15,7 +15,7 @@ use std::ops::Range;
 /// Samples of a surface, sorted by the cell of the working level in which they are embedded.
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
-    /// m, rest positions (s x 3)
+    /// Rest positions, m (s x 3).
     pub place: Vec<Vec3>,
     /// Area of the surface that each sample stands for, m^2 (s).
     pub area: Vec<f64>,
@@ -51,7 +51,7 @@ struct Piece {
     key: PieceKey,
     /// Ascending in the order of the triangles; it fixes the order of sums.
     number: u32,
-    /// m
+    /// Centroid of the piece at rest, m.
     centroid: Vec3,
     /// Area vector, m^2.
     area: Vec3,
@@ -69,7 +69,7 @@ struct PieceKey {
 /// A sample before it is stored.
 #[derive(Clone, Copy)]
 struct Sample {
-    /// m
+    /// Rest position of the sample, m.
     place: Vec3,
     /// Area vector, m^2.
     area: Vec3,

@@ -15,9 +15,9 @@ pub const NOT_EMBEDDED: u32 = u32::MAX;
 /// A vertex in an active cell is updated on demand: a step updates those near tools, a viewer all. Every other vertex is at its
 /// settled position and costs nothing.
 pub struct Skin {
-    /// m, present positions, as of the last update of each vertex (n x 3)
+    /// Present positions, m, as of the last update of each vertex (n x 3).
     pub x: Vec<Vec3>,
-    /// m, positions while the nodes are at rest (n x 3); shared with saved states, copied on change
+    /// Positions while the nodes are at rest, m (n x 3); shared with saved states, copied on change.
     pub settled: Arc<Vec<Vec3>>,
     /// Active cell in which each vertex is embedded, as an index in the region, or [`NOT_EMBEDDED`] (n).
     pub cell: Vec<u32>,

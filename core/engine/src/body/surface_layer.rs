@@ -37,7 +37,7 @@ pub(super) struct SurfaceLayer<'a> {
     skin: &'a Skin,
     /// Triangles of the side, each with the factor, 1 or -1, that turns its normal out.
     side: BTreeMap<u32, f64>,
-    /// Thickness, m.
+    /// Depth to which the layer extends below the surface, m.
     thickness: f64,
 }
 

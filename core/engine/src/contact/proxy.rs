@@ -56,7 +56,7 @@ pub struct Proxy {
 struct Plane {
     /// Unit normal of the plane, out of the surface.
     normal: Vec3,
-    /// m
+    /// Smallest allowed `normal . p`, m.
     offset: f64,
     /// Lagrange multiplier of Hildreth's method, m.
     multiplier: f64,

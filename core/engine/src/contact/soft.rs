@@ -59,9 +59,9 @@ pub struct SoftPress {
 /// A tip at one position of its path through a step.
 #[derive(Clone, Copy)]
 struct PathSample {
-    /// Centre, m.
+    /// Centre of the tip, m.
     centre: Vec3,
-    /// Stiffness, N/m.
+    /// Stiffness of the contact springs, N/m.
     stiffness: f64,
     /// Displacement of the tip in the step, m.
     drive: Vec3,
@@ -76,7 +76,7 @@ struct Candidate {
     corners: [u32; 3],
     /// Barycentric coordinates in the triangle: weights of its three corners, sum 1.
     bary: Vec3,
-    /// Position, m.
+    /// Position of the point, m.
     point: Vec3,
     /// Signed distance from the tip, m.
     distance: f64,

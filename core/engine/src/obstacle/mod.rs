@@ -28,7 +28,7 @@ pub struct Obstacle {
     pub surface: Arc<ObstacleSurface>,
     /// Rotation from axes of the obstacle to those of the scene, at the end of the last step.
     pub rotation: UnitQuaternion<f64>,
-    /// The same without the path of its rotation.
+    /// Rotation from axes of the obstacle to those of the scene, without the path of its rotation.
     pub initial_rotation: UnitQuaternion<f64>,
     /// Position of its origin without the path, m.
     pub origin: Vec3,

@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub enum ObstacleSurface {
     /// A convex shape, of those that tools have, and the distance from it at which bodies meet it, m.
     Shape(Arc<dyn Shape>, f64),
-    /// A mesh.
+    /// A triangle mesh.
     Mesh(Box<MeshSurface>),
 }
 

@@ -66,7 +66,7 @@ pub struct Quantity {
 /// How a quantity is read, SI.
 #[derive(Clone, Copy)]
 pub enum Measure {
-    /// A number.
+    /// A single number, which a probe measures as it is.
     Scalar(fn(&Reading<'_>) -> f64),
     /// A vector along the axes of the scene; a probe measures its length, or its component along the probe's `direction`.
     Vector(fn(&Reading<'_>) -> Vec3),

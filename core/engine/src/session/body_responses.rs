@@ -14,14 +14,14 @@ pub(super) struct BodyResponses<'a> {
     pub failed: Vec<(usize, String)>,
 }
 
-/// What a body answers impulses with.
+/// Matrix by which a body responds to impulses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ResponseState {
-    /// It has had no impulse in this step.
+    /// The body has had no impulse in this step.
     Untouched,
     /// The matrix of its step.
     Matrix,
-    /// Its masses alone.
+    /// The lumped masses alone.
     Masses,
 }
 

@@ -8,22 +8,22 @@ use pliant_solver::Vec3;
 /// A request to a session between two steps.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SessionCommand {
-    /// [`Session::undo`].
+    /// Takes back the last edit ([`Session::undo`]).
     Undo,
-    /// [`Session::redo`].
+    /// Makes the edit that was last taken back again ([`Session::redo`]).
     Redo,
     /// Gives every tool another size and spring; the next contact has it.
     ResizeTools {
-        /// m, radius of the tool's shape, above 0
+        /// Radius of the tool's shape, m, above 0.
         radius: f64,
-        /// N/m, stiffness of the virtual coupling, above 0
+        /// Stiffness of the virtual coupling, N/m, above 0.
         coupling: f64,
     },
     /// Has the strokes that begin from now on act with another strength, but for those that paint, and with another falloff.
     SetBrush {
         /// Factor of the strength that the scene gives each edit, above 0.
         strength: f64,
-        /// How the weight decreases from the centre of the region to its radius.
+        /// Decrease of the weight from the centre of the region to its radius.
         falloff: Falloff,
     },
     /// Gives every body another stiffness. It gets there at a limited rate, so that the force on a hand that holds it does not jump.

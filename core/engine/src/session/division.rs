@@ -56,7 +56,7 @@ pub enum SplitError {
     Divide {
         /// Name of the body.
         name: String,
-        /// Why.
+        /// Reason why it cannot be divided.
         error: DivideError,
     },
 }

@@ -30,7 +30,7 @@ pub struct EditCost {
 /// Number of nodes and elements of a region of this radius.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RegionSize {
-    /// m
+    /// Radius of the region, m.
     pub radius: f64,
     pub nodes: usize,
     pub elements: usize,

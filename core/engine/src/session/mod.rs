@@ -286,7 +286,7 @@ pub struct Loaded {
 
 /// Step and number of steps.
 struct Clock {
-    /// Step, s.
+    /// Length of a step, s.
     dt: f64,
     /// Number of steps taken.
     steps: u64,

@@ -5,7 +5,7 @@ use pliant_mesh::geometry::{Vec3, closest_point};
 
 /// A ray that should place a hand.
 pub(super) struct Ray {
-    /// Origin, m.
+    /// Start of the ray, m.
     pub(super) origin: Vec3,
     /// Direction, not normalised.
     pub(super) direction: Vec3,
@@ -14,7 +14,7 @@ pub(super) struct Ray {
 /// The closest approach of a ray to a surface.
 #[derive(Clone, Copy)]
 struct Miss {
-    /// Distance, m.
+    /// Distance between the ray and the surface, m.
     distance: f64,
     /// Point of the surface, m.
     point: Vec3,

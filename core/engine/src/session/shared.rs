@@ -119,7 +119,7 @@ struct Cache<V> {
 
 /// The values of a cache.
 struct Entries<V> {
-    /// By key: the count of uses at the last use, and the value.
+    /// Each value by its key, with the count of uses at its last use.
     values: HashMap<String, (u64, V)>,
     /// Number of uses so far.
     clock: u64,

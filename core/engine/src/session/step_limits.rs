@@ -55,7 +55,7 @@ impl StepLimits {
         least(self.planned.iter().map(|f| f.limit(scheme)))
     }
 
-    /// The same by Gershgorin's bound of the frequencies.
+    /// As [`StepLimits::limit`], with Gershgorin's upper bound of the frequencies: surely stable, and smaller than necessary.
     pub(super) fn certain_limit(&self, scheme: Scheme) -> Option<f64> {
         least(self.planned.iter().map(|f| Frequencies { stiffness: f.bound, ..*f }.limit(scheme)))
     }

@@ -46,12 +46,12 @@ pub(super) struct Ties {
 }
 
 impl Ties {
-    /// Whether there are none.
+    /// Whether there are no ties.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// Those that hold, for undo and snapshots.
+    /// The ties that hold, without those that a tool is still drawing together, for undo and snapshots.
     pub fn kept(&self) -> Self {
         match self.list.iter().any(|tie| tie.drawn_by.is_some()) {
             true => Self {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// All points within a radius of a segment along z, whose midpoint is the centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capsule {
-    /// Radius, m.
+    /// Radius of the round ends and of the cylinder between them, m.
     radius: f64,
     /// Points of [`Shape::sample_points`]: the ends of the segment, m.
     ends: [Vec3; 2],

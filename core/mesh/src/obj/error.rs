@@ -23,7 +23,7 @@ pub enum ObjError {
         file: PathBuf,
         /// Line, from 1; the last line if something is missing in the whole file.
         line: u32,
-        /// The problem.
+        /// What is wrong with the line, and what is allowed.
         problem: ObjProblem,
     },
 }

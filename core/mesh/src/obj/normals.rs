@@ -98,7 +98,7 @@ struct Fan {
     /// Sums of `e eT` and `e' eT` over the edges from the vertex.
     rest: Matrix3<f64>,
     deformed: Matrix3<f64>,
-    /// Area-weighted normals.
+    /// Sums of the area-weighted normals of the faces, at rest and deformed.
     normals: [Vec3; 2],
 }
 

@@ -26,7 +26,7 @@ pub(super) struct Quad {
 /// A cross-section of a limb.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
-    /// Centre.
+    /// Centre of the cross-section.
     pub(super) at: [f64; 3],
     /// Direction the limb goes in here; any length.
     pub(super) facing: [f64; 3],

@@ -16,7 +16,7 @@ pub struct TetBox {
     pub points: Vec<Vec3>,
     /// Nodes of each tetrahedron, with a positive volume (m x 4).
     pub tetrahedra: Vec<[u32; 4]>,
-    /// The same with the middles of edges 01, 12, 02, 03, 13 and 23, if it has any (m x 10).
+    /// Nodes of each quadratic tetrahedron: corners, then middles of edges 01, 12, 02, 03, 13 and 23 (m x 10); empty for linear ones.
     pub quadratic: Vec<[u32; 10]>,
 }
 

@@ -19,7 +19,7 @@ pub const PARTS: usize = 8;
 
 /// Ends of the edges whose middles are nodes 4 to 9.
 pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];
-/// The same nodes after corners 2 and 3 have been exchanged.
+/// Order of the nodes of a quadratic tetrahedron after corners 2 and 3 have been exchanged.
 const TURNED: [usize; NODES] = [0, 1, 3, 2, 4, 8, 7, 6, 5, 9];
 /// Nodes of the part at each corner, which stands at its own place.
 const OUTER: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];

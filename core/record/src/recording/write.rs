@@ -38,7 +38,7 @@ pub struct RecordingInputs<'a> {
 
 /// Writes a recording: into a file that gets its name when it is complete, or into an unnamed file that [`RecordingWriter::save_as`] copies.
 pub struct RecordingWriter<W = AtomicFile> {
-    /// The file.
+    /// File or buffer that receives the recording.
     file: W,
     /// Content of the next block.
     block: Vec<u8>,

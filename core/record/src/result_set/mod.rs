@@ -32,7 +32,7 @@ const STAGE: &str = "results";
 
 /// Results of a run that is under way.
 pub(crate) struct ResultSet {
-    /// Staging folder.
+    /// Folder into which results are written before they get their names.
     stage: AtomicFolder,
     /// Final folder, absolute.
     folder: PathBuf,

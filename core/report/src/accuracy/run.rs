@@ -21,7 +21,7 @@ struct CaseRun<'a> {
     case: &'a AccuracyCase,
     method: &'a Method,
     level: &'a Level,
-    /// Step, s.
+    /// Length of a step, s.
     dt: f64,
 }
 

@@ -88,9 +88,9 @@ pub(super) struct HapticLoop {
     pub(super) name: String,
     /// Name of its scene.
     pub(super) scene: String,
-    /// Hz, rate of the haptic loop
+    /// Rate of the haptic loop, Hz.
     pub(super) rate: f64,
-    /// s, largest allowed 99th percentile of the lateness of its ticks
+    /// Largest allowed 99th percentile of the lateness of its ticks, s.
     #[serde(rename = "late")]
     pub(super) allowed_lateness: f64,
     /// Settings of the run.

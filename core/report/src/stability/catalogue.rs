@@ -81,7 +81,7 @@ pub(super) struct ConservationCase {
     pub(super) quantity: ConservedQuantity,
     /// Largest allowed excess of energy over the work done, or change of the momentum over its magnitude.
     pub(super) tolerance: f64,
-    /// s, time from which nothing acts on the bodies, for a momentum
+    /// Time after which no external force acts on the bodies, s, for the check of a momentum.
     #[serde(default)]
     pub(super) after: f64,
     /// Names of the integrators, as a scene gives them.

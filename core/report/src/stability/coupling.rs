@@ -10,7 +10,7 @@ use crate::context::ReportContext;
 use crate::row::Row;
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
-/// kg, mass of a small desktop device; docs/reports.md says what is assumed
+/// Mass of a small desktop device, kg; docs/reports.md says what is assumed.
 const DEVICE_MASS: f64 = 0.045;
 /// Rates of the force, Hz.
 const RATES: [f64; 5] = [250.0, 500.0, 1000.0, 2000.0, 4000.0];
@@ -20,11 +20,11 @@ const DAMPINGS: [f64; 5] = [0.05, 0.1, 0.2, 0.5, 1.0];
 /// A hand that holds the device, as a mass on a spring and a damper.
 #[derive(Clone, Copy)]
 struct Hand {
-    /// kg
+    /// Mass of the hand, kg.
     mass: f64,
-    /// N s/m
+    /// Damping of the hand, N s/m.
     damping: f64,
-    /// N/m
+    /// Stiffness of the hand, N/m.
     stiffness: f64,
 }
 
@@ -97,7 +97,7 @@ fn measure(situation: Situation, damping: f64, mut row: Row, context: &mut Repor
     row
 }
 
-/// N/m, lowest limit among passive hands. Masses and springs dissipate nothing, so the worst hand is made of them.
+/// Lowest limit among passive hands, N/m. Masses and springs dissipate nothing, so the worst hand is made of them.
 fn worst_passive_limit(damping: f64, period: f64) -> f64 {
     let masses = [0.0, 0.05, 0.2, 1.0, 5.0];
     let springs = (0..12).map(|i| 10.0_f64.powf(1.0 + 0.5 * f64::from(i))).chain([0.0]);
@@ -112,7 +112,7 @@ struct SampledCoupling {
     /// N s/m, of the device
     damping: f64,
     hand: Hand,
-    /// s, between two samples
+    /// Time between two samples, s.
     period: f64,
     /// Whether the force comes one sample late.
     delayed: bool,

@@ -18,15 +18,15 @@ pub(super) struct EnergyBalance {
     before: Vec<Vec<Vec3>>,
     /// Position of each tool's hand before the step, m.
     hands: Vec<Vec3>,
-    /// J, work of gravity, of what holds and drives nodes, and of tools
+    /// Work of gravity, of fixed and driven nodes, and of tools, J.
     pub(super) work: f64,
-    /// J, part of the work that friction between tips and sheets dissipated
+    /// Part of the work that friction between tips and sheets dissipated, J.
     pub(super) friction_work: f64,
-    /// J, sum of the magnitudes of all work
+    /// Sum of the magnitudes of all work, J.
     scale: f64,
-    /// J, kinetic energy at the end of each step
+    /// Kinetic energy at the end of each step, J.
     pub(super) kinetic: Vec<f64>,
-    /// J, elastic energy at the end of each step
+    /// Elastic energy at the end of each step, J.
     pub(super) elastic: Vec<f64>,
     /// Largest excess of energy over the work done, J.
     pub(super) injected: f64,

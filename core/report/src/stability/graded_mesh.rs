@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// m, width of a strip
+/// Width of a strip, m.
 const WIDTH: f64 = 0.025;
-/// m, height of its high rows
+/// Height of its high rows, m.
 const ROW_HEIGHT: f64 = 0.025;
 
 /// Path of the mesh whose high and low rows have this ratio of heights.

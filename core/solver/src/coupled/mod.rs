@@ -223,7 +223,7 @@ impl CoupledHinges {
 struct HingeForces<'a> {
     /// Nodes of the hinges.
     nodes: &'a [[u32; 4]],
-    /// Moments, N.
+    /// Bending moments of the hinges, N.
     moments: &'a [f64],
     /// Gradients of the strains by corner and axis.
     gradients: [&'a [f64]; 12],

@@ -23,7 +23,7 @@ pub struct CornerWeights {
 pub(super) struct Part {
     /// Weight of each node in each corner (4 x 10, padded with zeros to 12).
     pub by_corner: [[f64; 12]; 4],
-    /// The same by node (10 x 4).
+    /// Weight of each node in each corner, by node (10 x 4).
     pub by_node: [[f64; 4]; NODES],
 }
 

@@ -31,7 +31,7 @@ struct Pass {
 struct Strip {
     /// In the first pass: nodes of its window that no earlier strip covers, whose blocks it clears.
     to_clear: Vec<Range<usize>>,
-    /// Its elements of each set.
+    /// Elements of the strip in each set.
     elements: Vec<StripElements>,
 }
 

@@ -31,7 +31,7 @@ pub struct F32Matrix {
     format: Option<Format>,
 }
 
-/// Storage format.
+/// Storage format of the matrix.
 #[derive(Debug)]
 enum Format {
     /// SELL-16 with distances from the diagonal.

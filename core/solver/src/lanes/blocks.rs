@@ -65,7 +65,7 @@ pub trait BlockUnit<T: Scalar>: Copy {
         [a, b, c, d, e, f, g, h, v.last]
     }
 
-    /// The same number for every entry.
+    /// A block whose nine entries are `value`.
     #[inline(always)]
     fn splat(self, value: T) -> WideBlock<Self::Eight, T> {
         self.load(&[value; 9])

@@ -337,7 +337,7 @@ impl Matrix {
         Row { values: &self.values, lower, upper: &self.values[upper.clone()], columns: &self.column[upper] }
     }
 
-    /// The pattern.
+    /// Rows and columns of the nonzero blocks.
     pub(super) fn pattern(&self) -> Pattern<'_> {
         Pattern { row: &self.row, column: &self.column, lower_row: &self.lower_row, lower: &self.lower }
     }

@@ -27,7 +27,7 @@ pub struct Coarsened {
 
 /// Largest fraction of the nodes that a coarser level may keep; above it the level costs more than it saves.
 const MAX_KEPT: f64 = 0.7;
-/// The same for a level that is coarsened along one axis only.
+/// [`MAX_KEPT`] of a level that is coarsened along one axis only.
 const MAX_KEPT_ONE_AXIS: f64 = 0.8;
 
 impl Layout {

@@ -57,7 +57,7 @@ impl CsrTransfer {
         self.stages[level].inverse[node] = columns;
     }
 
-    /// See [`super::Multilevel::apply`].
+    /// Applies the preconditioner with all levels of this kind of transfer; arguments and result as in [`super::Multilevel::apply`].
     pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Vectors], h: &mut [Vectors]) -> f64 {
         let Self { r: finest, stages } = self;
         pool.par_chunks(finest.as_chunks_mut().0, CHUNK / LANES, &|first, to| {

@@ -294,7 +294,7 @@ mod tests {
         (matrix, values)
     }
 
-    /// Two levels.
+    /// A preconditioner with two coarse levels for the matrix of these tests, and the values of the matrix.
     fn levels(is_regular: bool) -> (Multilevel, Vec<SingleBlock>) {
         let (matrix, values) = matrix();
         let [some, few] = FEWER;

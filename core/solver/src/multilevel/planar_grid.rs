@@ -33,11 +33,11 @@ pub struct PlanarGrid {
 /// The axes along which the width of the squares is doubled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CoarsenedAxes {
-    /// Both axes.
+    /// The axis along rows and that across them.
     Both,
-    /// Along rows.
+    /// Only the axis along rows.
     Along,
-    /// Across rows.
+    /// Only the axis across rows.
     Across,
 }
 
@@ -257,7 +257,7 @@ mod tests {
 
     /// A triangulated sheet.
     struct Sheet {
-        /// m, positions at rest
+        /// Positions at rest, m.
         rest: Vec<Vec3>,
         triangles: Vec<[u32; 3]>,
     }

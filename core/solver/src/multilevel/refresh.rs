@@ -19,7 +19,7 @@ pub struct Refresh {
 /// The parts to refresh for the next matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Due {
-    /// All parts.
+    /// All parts of the coarse levels.
     All,
     /// One of [`PARTS`].
     Part(usize),

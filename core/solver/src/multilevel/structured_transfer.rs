@@ -64,7 +64,7 @@ impl StructuredTransfer {
         put_inverse(all.flat_mut(), node, inverse);
     }
 
-    /// See [`super::Multilevel::apply`].
+    /// Applies the preconditioner with all levels of this kind of transfer; arguments and result as in [`super::Multilevel::apply`].
     pub fn apply(&mut self, pool: &Pool, inverse: &[f32], r: &[Vectors], h: &mut [Vectors]) -> f64 {
         for at in 0..self.0.len() {
             let (finer, rest) = self.0.split_at_mut(at);

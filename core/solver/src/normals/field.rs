@@ -16,7 +16,7 @@ const CHUNK: usize = 1024;
 /// A triangle that contributes to the normals of some of its corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Facet {
-    /// Nodes.
+    /// Nodes of its three corners.
     pub(super) corners: [u32; 3],
     /// Whether it contributes to the normal of each corner.
     pub(super) counts: [bool; 3],
@@ -25,7 +25,7 @@ pub(super) struct Facet {
 /// Normals of all nodes.
 #[derive(Debug, Default)]
 pub(super) struct Field {
-    /// Triangles.
+    /// Triangles that contribute to a normal.
     facets: Vec<Facet>,
     /// Chunks of the triangles.
     schedule: Schedule,

@@ -12,7 +12,7 @@ use crate::threads::{NODES, Pool};
 pub struct InitialGuess {
     /// The solution before the last one (n x 3); single precision suffices for a guess.
     before: Vec<[f32; 3]>,
-    /// Its difference from the one before it (n x 3).
+    /// Difference of `before` from the solution before it (n x 3).
     step: Vec<[f32; 3]>,
     choice: Choice,
 }

@@ -11,7 +11,7 @@ const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// A datagram that is read from its start.
 struct Reader<'a> {
-    /// All bytes.
+    /// Bytes of the whole datagram.
     bytes: &'a [u8],
     /// Number of bytes read.
     offset: usize,

@@ -8,14 +8,14 @@ use crate::key::Key;
 
 /// A datagram that is written from its start.
 struct Writer<'a> {
-    /// Buffer.
+    /// Buffer that receives the datagram.
     bytes: &'a mut [u8; MAX_DATAGRAM_BYTES],
     /// Number of bytes written.
     length: usize,
 }
 
 impl Writer<'_> {
-    /// Appends bytes.
+    /// Appends N bytes to the datagram.
     fn put<const N: usize>(&mut self, bytes: [u8; N]) {
         self.bytes[self.length..self.length + N].copy_from_slice(&bytes);
         self.length += N;

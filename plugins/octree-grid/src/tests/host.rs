@@ -73,7 +73,7 @@ impl Host {
         host
     }
 
-    /// Calls `build`.
+    /// Calls `build` of the grid with a surface and a level.
     pub(super) fn build(&self, surface: &SurfaceView<'_>, level: u32) -> Result<(), Fault> {
         let raw = abi::Surface {
             size: size_of::<abi::Surface>(),

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Mean of the factors of several cells.
 #[derive(Clone, Default)]
 struct Mean {
-    /// By plane, the field of one parameter.
+    /// Weighted sum of the factors of each parameter that varies (planes).
     sum: Vec<f64>,
     /// Sum of their weights.
     total: f64,

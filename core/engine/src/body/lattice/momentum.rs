@@ -10,9 +10,9 @@ use std::ops::Range;
 
 /// Mass and momentum of the copies of a node.
 pub(super) struct CopyMomentum {
-    /// kg
+    /// Sum of the masses of the copies, kg.
     mass: f64,
-    /// kg m/s
+    /// Sum of the momenta of the copies, kg m/s.
     momentum: Vec3,
     /// Mass of each copy by its number, kg.
     copies: Vec<(u32, f64)>,

@@ -15,7 +15,7 @@ pub(super) struct PointBindings {
     moved_in: HashMap<u64, Vec<BoundPoint>>,
     /// The cell in which each of those points is embedded.
     cell_of: HashMap<u32, u64>,
-    /// m, rest positions at which points are embedded, where they differ from the model's or the model has none
+    /// Rest positions at which points are embedded, m, where they differ from the model's or the model has none.
     places: HashMap<u32, Vec3>,
 }
 

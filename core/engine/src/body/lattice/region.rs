@@ -17,8 +17,8 @@ use std::sync::Arc;
 const FOLLOW_DISTANCE: f64 = 0.25;
 /// Largest displacement of a node at rest, in edges of a cell.
 const REST_DISPLACEMENT: f64 = 1e-6;
-/// The same for a material with a history, whose elastic field around plastic deformation extends over the whole body. Releasing a cell
-/// moves its surface by less.
+/// [`REST_DISPLACEMENT`] for a material with a history, whose elastic field around plastic deformation extends over the whole body. The release of
+/// a cell moves its surface by less.
 const REST_DISPLACEMENT_WITH_HISTORY: f64 = 1e-4;
 /// Largest speed of a node at rest, in edges of a cell per second.
 const REST_SPEED: f64 = 1e-3;

@@ -22,7 +22,7 @@ const ROUNDING: f64 = 1e-10;
 /// A tetrahedral mesh placed in the scene. Cell i is linear tetrahedron i of the mesh, node i its node i.
 pub struct TetrahedralCells {
     mesh: TetMesh,
-    /// m, rest positions of the nodes (n x 3)
+    /// Rest positions of the nodes, m (n x 3).
     rest: Vec<Vec3>,
     /// m^3, volume of each cell (c)
     volume: Vec<f64>,

@@ -236,7 +236,7 @@ impl ContactSet {
         (&mut self.contacts, &self.shares)
     }
 
-    /// Memory, bytes.
+    /// Memory of the contacts and their shares, bytes.
     pub fn bytes(&self) -> usize {
         self.contacts.capacity() * size_of::<Contact>() + self.shares.capacity() * size_of::<Share>()
     }

@@ -317,7 +317,7 @@ impl DualSolver {
         self.length = 0.0;
     }
 
-    /// Memory, bytes.
+    /// Memory of the buffers of the solver, bytes.
     pub fn bytes(&self) -> usize {
         self.impulses.capacity() * 48 + self.free.capacity() * 6 * 24 + self.ties.bytes()
     }

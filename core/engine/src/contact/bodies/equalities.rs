@@ -34,7 +34,7 @@ impl TieVectors {
         self.residual.iter().fold(0.0, |most, r| most.max(r.norm()))
     }
 
-    /// Memory, bytes.
+    /// Memory of the buffers of the solver, bytes.
     pub fn bytes(&self) -> usize {
         self.residual.capacity() * 80
     }

@@ -101,7 +101,7 @@ pub struct CollisionReport {
     pub candidates: usize,
     /// Contacts of the last implicit solve.
     pub contacts: usize,
-    /// Implicit solves.
+    /// Number of solves of the implicit step with contacts.
     pub solves: usize,
     /// Iterations of all implicit solves.
     pub iterations: usize,
@@ -320,7 +320,7 @@ impl BodyCollisions {
         forces.extend(self.sums[first..end].iter().map(|impulse| impulse / dt));
     }
 
-    /// Memory, bytes.
+    /// Memory of the collision surfaces, nodes and contacts, bytes.
     pub fn bytes(&self) -> usize {
         let surfaces = self.surfaces.iter().map(CollisionSurface::bytes).sum::<usize>();
         let contacts = self.set.bytes() + self.impulses.set.bytes() + self.dual.bytes();

@@ -25,9 +25,9 @@ impl StitchCandidate {
 /// A ball in which points are looked for.
 #[derive(Clone, Copy, Debug)]
 pub struct SearchBall {
-    /// Centre, m.
+    /// Centre of the ball, m.
     pub centre: Vec3,
-    /// Radius, m.
+    /// Radius of the ball, m.
     pub radius: f64,
 }
 

@@ -172,7 +172,7 @@ impl CollisionSurface {
         });
     }
 
-    /// Memory, bytes.
+    /// Memory of the surface, bytes.
     pub fn bytes(&self) -> usize {
         self.carriers.len() * 16
             + self.vertices() * 28

@@ -15,7 +15,7 @@ pub struct TiePoint {
 }
 
 impl TiePoint {
-    /// A vertex.
+    /// The point at a vertex of the model.
     pub fn vertex(vertex: u32) -> Self {
         Self { vertices: [vertex; 3], weights: [1.0, 0.0, 0.0] }
     }

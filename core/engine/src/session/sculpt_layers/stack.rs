@@ -18,7 +18,7 @@ pub struct SculptLayerState {
     pub vertices: usize,
 }
 
-/// A layer.
+/// A sculpt layer: changes of the rest shapes of bodies, with a strength.
 #[derive(Clone)]
 pub(super) struct SculptLayer {
     pub(super) name: Arc<str>,

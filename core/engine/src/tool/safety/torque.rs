@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     const LIMITS: ForceLimits = ForceLimits { peak: 3.0, continuous: 1.0, slew: 600.0 };
-    /// N m
+    /// Largest torque of the tests, N m.
     const PEAK: f64 = 0.3;
 
     fn safety() -> TorqueSafety {

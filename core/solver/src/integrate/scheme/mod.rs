@@ -87,7 +87,7 @@ pub(super) enum Method {
     Explicit(ExplicitOrder),
     /// The stage velocity solves a system of equations; returns the coefficients for a step dt (s).
     Implicit(fn(dt: f64, history: History) -> ImplicitCoefficients),
-    /// Static equilibrium.
+    /// Positions of static equilibrium, found without inertia.
     Equilibrium,
 }
 

@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 pub struct Anchor {
     /// A fragment of the containing cell, or of one close by.
     pub fragment: CellFragment,
-    /// m, the rest position, or the point of the cell nearest to it
+    /// The rest position, m, or the point of the cell nearest to it.
     pub place: Vec3,
 }
 

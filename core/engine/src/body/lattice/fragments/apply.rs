@@ -34,7 +34,7 @@ struct NodeCopy {
 
 /// Numbers of the nodes of the new region: each node of the grid's region that is still used, followed by its copies.
 struct NodeNumbering {
-    /// By number in the new region.
+    /// Each node of the new region, by its number there.
     nodes: Vec<NodeCopy>,
     /// Number of the node itself, by row of the grid's region.
     own: Vec<u32>,
