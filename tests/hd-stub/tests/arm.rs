@@ -3,15 +3,13 @@
 use HD::arm::{Arm, Hand, PEAK_FORCE};
 use HD::kinematics::{ENCODER_STEP, FORE_ARM, JOINT_LIMITS, UPPER_ARM, forward, inverse, jacobian, quantized};
 use nalgebra::{Matrix3, Vector3};
+use pliant_plugin_api::kit::Random;
 
 /// Joint angles within the limits, away from the singular poses: the outstretched arm, and a tip above the waist.
 fn random_angles() -> Vec<[f64; 3]> {
-    let mut state = 1_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    let angles = |_| std::array::from_fn(|i| JOINT_LIMITS[i][0] + random() * (JOINT_LIMITS[i][1] - JOINT_LIMITS[i][0]));
+    let mut random = Random(1);
+    let angles =
+        |_| std::array::from_fn(|i| JOINT_LIMITS[i][0] + random.unit() * (JOINT_LIMITS[i][1] - JOINT_LIMITS[i][0]));
     let is_regular = |[_, shoulder, elbow]: &[f64; 3]| {
         (shoulder - elbow).abs() < 1.5 && UPPER_ARM * shoulder.cos() + FORE_ARM * elbow.sin() > 0.01
     };

@@ -1,5 +1,6 @@
 //! A batch that is killed at any moment loses what was under way and nothing else.
 
+use pliant_mesh::testing::Random;
 use pliant_tests::Bench;
 use pliant_tests::batch::{run_batch, small_bench};
 use std::collections::BTreeSet;
@@ -7,16 +8,6 @@ use std::time::{Duration, Instant};
 
 /// Kills in a test of every day; the environment's `PLIANT_KILLS` asks for more.
 const KILLS: usize = 12;
-
-/// Pseudo-random numbers in 0..1.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as f64 / (1_u64 << 31) as f64
-    }
-}
 
 /// Runs `pliant` with these arguments and kills it after a time, if it is not done by then; whether it was killed.
 fn run_and_kill(bench: &Bench, args: &[&str], after: Duration) -> bool {
@@ -68,7 +59,7 @@ fn killed_at_any_moment_and_resumed_it_gives_the_undisturbed_table() {
     let mut rounds = 0;
     while killed < kills {
         // From before the first file to the collecting at the end; a batch is done after several kills.
-        let after = Duration::from_secs_f64(whole * 1.1 * random.next().powi(2));
+        let after = Duration::from_secs_f64(whole * 1.1 * random.unit().powi(2));
         let args = ["batch", "sweep.toml", "--quiet", "--out", "out", "--jobs", "2", "--resume"];
         if run_and_kill(&bench, &args, after) {
             killed += 1;
@@ -97,7 +88,7 @@ fn collecting_that_is_killed_leaves_the_old_table() {
     let table = bench.read("out/results.csv");
     let mut random = Random(2);
     for _ in 0..KILLS {
-        run_and_kill(&bench, &["batch", "collect", "out"], Duration::from_secs_f64(0.03 * random.next()));
+        run_and_kill(&bench, &["batch", "collect", "out"], Duration::from_secs_f64(0.03 * random.unit()));
         assert_eq!(bench.read("out/results.csv"), table);
     }
 }

@@ -2,6 +2,7 @@
 
 use pliant_exoskeleton::key::Key;
 use pliant_exoskeleton::wire::{self, EFFECTOR_COUNT, FingerCommand, Header, MAX_DATAGRAM_BYTES, TaxelLayout};
+use pliant_plugin_api::kit::Random;
 use pliant_twin_exoskeleton::{Datagram, FingerPath, Fingers, HandModel, Limits, Twin};
 use std::net::SocketAddr;
 
@@ -10,20 +11,9 @@ const ATTACK_COUNT: u64 = 1_000_000;
 /// A millisecond in ns.
 const MS: u64 = 1_000_000;
 
-/// Pseudorandom numbers: xorshift64 (Marsaglia 2003).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
+/// A random number from 0 to `bound - 1`.
+fn below(random: &mut Random, bound: usize) -> usize {
+    (random.next_u64() % bound as u64) as usize
 }
 
 fn host_address() -> SocketAddr {
@@ -55,50 +45,50 @@ fn twin_in_contact(key: Option<&Key>) -> (Twin, Header) {
 
 /// A datagram that must not be applied, and the address it comes from. `header` is that of the last applied command.
 fn attack(random: &mut Random, header: Header, key: Option<&Key>) -> (Vec<u8>, SocketAddr) {
-    let next = Header { sequence: 3 + random.next() % 1000, ..header };
+    let next = Header { sequence: 3 + random.next_u64() % 1000, ..header };
     let valid = |header: &Header| command(header, 3.0, LAYOUT, key);
-    let bytes = match random.below(16) {
-        0 => (0..random.below(2000)).map(|_| random.next() as u8).collect(),
+    let bytes = match below(random, 16) {
+        0 => (0..below(random, 2000)).map(|_| random.next_u64() as u8).collect(),
         // One flipped bit.
         1 => {
             let mut bytes = valid(&next);
-            let bit = random.below(8 * bytes.len());
+            let bit = below(random, 8 * bytes.len());
             bytes[bit / 8] ^= 1 << (bit % 8);
             bytes
         }
         // Cut off.
         2 => {
             let bytes = valid(&next);
-            bytes[..random.below(bytes.len())].to_vec()
+            bytes[..below(random, bytes.len())].to_vec()
         }
         // Too long.
         3 => {
             let mut bytes = valid(&next);
-            bytes.extend((0..1 + random.below(1200)).map(|_| random.next() as u8));
+            bytes.extend((0..1 + below(random, 1200)).map(|_| random.next_u64() as u8));
             bytes
         }
         // Forged by a sender that does not know the device's nonce, the host's nonce, or both.
-        4 => valid(&Header { receiver_nonce: random.next(), ..next }),
-        5 => valid(&Header { sender_nonce: random.next() | 1, ..next }),
-        6 => valid(&Header { sender_nonce: random.next() | 1, receiver_nonce: 0, ..next }),
+        4 => valid(&Header { receiver_nonce: random.next_u64(), ..next }),
+        5 => valid(&Header { sender_nonce: random.next_u64() | 1, ..next }),
+        6 => valid(&Header { sender_nonce: random.next_u64() | 1, receiver_nonce: 0, ..next }),
         // Replayed.
         7 => valid(&header),
-        8 => valid(&Header { sequence: 1 + random.next() % 2, ..header }),
+        8 => valid(&Header { sequence: 1 + random.next_u64() % 2, ..header }),
         // Other taxels.
-        9 => command(&next, 3.0, TaxelLayout { rows: random.next() as u8 % 12, columns: 7 }, key),
+        9 => command(&next, 3.0, TaxelLayout { rows: random.next_u64() as u8 % 12, columns: 7 }, key),
         // Values that are not finite.
-        10 => command(&next, [f64::NAN, f64::INFINITY, f64::NEG_INFINITY][random.below(3)], LAYOUT, key),
+        10 => command(&next, [f64::NAN, f64::INFINITY, f64::NEG_INFINITY][below(random, 3)], LAYOUT, key),
         11 => patched(&next, wire::HEADER_BYTES + 24, &f32::NAN.to_le_bytes()),
         // Another version, kind or undefined flags.
-        12 => patched(&next, 4, &[2 + random.next() as u8 % 200, 0]),
-        13 => patched(&next, 6 + random.below(2), &[0x80 | random.next() as u8]),
+        12 => patched(&next, 4, &[2 + random.next_u64() as u8 % 200, 0]),
+        13 => patched(&next, 6 + below(random, 2), &[0x80 | random.next_u64() as u8]),
         // Another key.
         14 => {
-            let other = Key::new(&random.next().to_le_bytes().repeat(2).try_into().unwrap());
+            let other = Key::new(&random.next_u64().to_le_bytes().repeat(2).try_into().unwrap());
             command(&next, 3.0, LAYOUT, Some(&other))
         }
         // Another address.
-        _ => return (valid(&next), SocketAddr::from(([127, 0, 0, 1], 2000 + random.next() as u16 % 1000))),
+        _ => return (valid(&next), SocketAddr::from(([127, 0, 0, 1], 2000 + random.next_u64() as u16 % 1000))),
     };
     (bytes, host_address())
 }
@@ -180,10 +170,10 @@ fn the_host_rejects_broken_poses() {
     assert!(wire::read_pose(&pose, LAYOUT, None).is_ok());
     for _ in 0..200_000 {
         let mut broken = pose.clone();
-        match random.below(3) {
-            0 => broken.truncate(random.below(pose.len())),
-            1 => broken[random.below(pose.len())] ^= 1 + random.next() as u8 % 255,
-            _ => broken.iter_mut().for_each(|b| *b = random.next() as u8),
+        match below(&mut random, 3) {
+            0 => broken.truncate(below(&mut random, pose.len())),
+            1 => broken[below(&mut random, pose.len())] ^= 1 + random.next_u64() as u8 % 255,
+            _ => broken.iter_mut().for_each(|b| *b = random.next_u64() as u8),
         }
         assert!(wire::read_pose(&broken, LAYOUT, None).is_err());
     }
