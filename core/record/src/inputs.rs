@@ -96,7 +96,8 @@ pub(crate) fn refuse_inputs(
     let files = models(session).map(|model| ("a model", model.document.name().to_path_buf()));
     let files = files.chain(session.loaded.iter().map(|l| ("a plugin", PathBuf::from(&l.path))));
     let files = files.chain(session.obstacle_files.iter().map(|path| ("an obstacle", path.clone())));
-    let files = files.chain(session.field_files.iter().map(|path| ("a file of a field or of fibres", path.clone())));
+    let files = files
+        .chain(session.field_files.iter().map(|path| ("a file of a field, of fibres or of a `fixed`", path.clone())));
     let files = files.chain(session.recordings.iter().map(|hands| ("a recording", hands.path().to_path_buf())));
     let inputs: Vec<(&str, PathBuf)> = files
         .chain([("the scene", source.path.clone())])

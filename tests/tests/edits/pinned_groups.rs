@@ -1,4 +1,4 @@
-//! Nodes that are held by the names of faces.
+//! Nodes that are held by the names of faces, and by what the surface is painted with.
 
 use pliant_engine::session::Session;
 use pliant_mesh::geometry::Vec3;
@@ -131,5 +131,107 @@ fn a_group_that_is_not_there_is_refused_and_an_empty_one_told() {
     run("group = \"held\"\nbox = [[0, 0, 0], [1, 1, 1]]").expect(2).says(&["`box` and `group`; allowed is", "`group`"]);
     run("group = \"nothing\"").expect(0).says(&["fixes-nothing"]);
     let ran = run("group = \"held\"").expect(0);
+    assert!(!ran.err.contains("fixes-nothing"), "{}", ran.err);
+}
+
+/// A document with a colour at each vertex whose channels are `value`, and with texture coordinates (0.5, value).
+fn painted(document: &ObjDocument, value: impl Fn(Vec3) -> f64) -> String {
+    let text = String::from_utf8(document.bytes().to_vec()).expect("UTF-8");
+    let mut points = document.positions().iter();
+    let line = |line: &str| match line.split_once(' ') {
+        Some(("v", rest)) => {
+            let value = value(*points.next().expect("a vertex"));
+            format!("v {rest} {value} 0 1\nvt 0.5 {value}\n")
+        }
+        Some(("f", rest)) => {
+            let corners = rest.split_whitespace().map(|corner| corner.split('/').next().expect("a vertex"));
+            format!("f {}\n", corners.map(|v| format!("{v}/{v}")).collect::<Vec<_>>().join(" "))
+        }
+        _ => format!("{line}\n"),
+    };
+    text.lines().map(line).collect()
+}
+
+/// Lines of a `[[body.fixed]]` in the place of [`led`]'s group.
+fn led_by(place: &str) -> String {
+    led("held").replace("group = \"held\"", place)
+}
+
+/// Whatever the model is, vertices with at least the value go exactly where they are led, and the rest falls behind.
+#[test]
+fn what_is_painted_goes_where_it_is_led() {
+    let mut random = Random(16);
+    for model in models(6, 6) {
+        let document = &document(&model.text);
+        let surface = Surface::from_document(document);
+        let (bounds, axis) = (surface.bounds(), random.below(3) as usize);
+        let value = |p: Vec3| ((p - bounds.min)[axis] / (bounds.max - bounds.min)[axis]).clamp(0.0, 1.0);
+        let above = 0.7 + 0.25 * random.unit();
+        let bench = Bench::new();
+        bench.write("model.obj", painted(document, value));
+        let body = "material = { plugin = \"corotational\", params = { young = \"5 kPa\" } }\n\
+                    grid = { level = 5, region = \"whole\", smooth = false }";
+        let session = stepped(&bench, body, &led_by(&format!("colour = \"red\"\nabove = {above}")));
+        let body = &session.bodies[0];
+        let away = |v: usize| (body.skin.x[v] - body.model.surface.points[v] - Vec3::from(WAY)).norm();
+        let all = 0..surface.points.len();
+        let is_held = |v: &usize| value(document.positions()[*v]) >= above;
+        let held = all.clone().filter(is_held).map(away).fold(0.0, f64::max);
+        // As for groups.
+        assert!(held < 1e-7, "{}: a held vertex is {held} m off", model.name);
+        assert!(all.map(away).fold(0.0, f64::max) > 1e-4, "{}: everything was held", model.name);
+    }
+}
+
+/// The upper half of a cube, by the names of its faces, by a colour and by an image, holds the same nodes; of the cube as a sheet, the same vertices.
+#[test]
+fn a_colour_and_an_image_hold_what_a_group_holds() {
+    let bench = Bench::new();
+    let cube = pliant_mesh::generate::cuboid(8, [0.1; 3]).expect("a cube");
+    let surface = Surface::from_document(&cube);
+    let is_high = |v: &u32| surface.points[*v as usize].z > -1e-9;
+    let is_in = |face: usize| cube.face(face).expect("a face").corners.iter().all(|corner| is_high(&corner.v));
+    let text = with_group(&cube, is_in, "g");
+    bench.write("model.obj", painted(&document(&text), |p| (10.0 * p.z + 0.5).clamp(0.0, 1.0)));
+    // Between the middles of its two pixels an image is linear, and 0.5 in its middle.
+    bench.write("half.png", pliant_mesh::testing::grey_png(1, 2, &[255, 0]));
+    for body in [
+        "material = { plugin = \"neo-hookean\" }\ngrid = { level = 5, region = \"whole\" }",
+        "material = { plugin = \"mass-spring\" }\ngrid = { level = 6 }",
+        "sheet = {}\nmaterial = { plugin = \"cloth\" }",
+    ] {
+        let places = ["group = \"held\"", "colour = \"red\"", "texture = \"half.png\""];
+        let [by_group, by_colour, by_image] = places.map(|place| stepped(&bench, body, &led_by(place)));
+        let nodes = |session: &Session| session.bodies[0].system.nodes.constraint.clone();
+        let held = nodes(&by_group).iter().filter(|constraint| !constraint.is_free()).count();
+        assert!(held > 0 && held < nodes(&by_group).len(), "{body}: {held} nodes are held");
+        assert!(nodes(&by_colour) == nodes(&by_group), "{body}: by a colour");
+        assert!(nodes(&by_image) == nodes(&by_group), "{body}: by an image");
+    }
+}
+
+#[test]
+fn paint_that_is_not_there_is_refused_and_black_told() {
+    let bench = Bench::new();
+    let cube = pliant_mesh::generate::cuboid(4, [0.1; 3]).expect("a cube");
+    bench.write("plain.obj", cube.bytes());
+    bench.write("model.obj", painted(&cube, |_| 0.25));
+    bench.write("grey.png", pliant_mesh::testing::grey_png(2, 2, &[10; 4]));
+    let run = |mesh: &str, fixed: &str| {
+        let text = format!(
+            "format = 1\n[time]\nduration = 0.01\n[[body]]\nmesh = \"{mesh}.obj\"\nmaterial = {{ plugin = \"mass-spring\" }}\n\
+             grid = {{ region = \"whole\", level = 4 }}\n[[body.fixed]]\n{fixed}\npath = [[0, 0, 0, 0], [1, 1e-4, 0, 0]]\n"
+        );
+        bench.write("scene.toml", text);
+        bench.pliant(&["run", "scene.toml", "-q", "--out", "out"])
+    };
+    run("plain", "colour = \"red\"").expect(2).says(&["scene.toml:", "vertex 1 has no colour", "allowed is"]);
+    run("plain", "texture = \"grey.png\"").expect(2).says(&["scene.toml:", "without texture coordinates"]);
+    run("model", "texture = \"gone.png\"").expect(2).says(&["scene.toml:", "gone.png"]);
+    run("model", "colour = \"red\"\nabove = 1.5").expect(2).says(&["scene.toml:", "`above` is 1.5; allowed is"]);
+    run("model", "group = \"x\"\nabove = 0.5").expect(2).says(&["`group` and `above`; allowed is"]);
+    run("model", "colour = \"red\"").expect(0).says(&["fixes-nothing"]);
+    run("model", "texture = \"grey.png\"").expect(0).says(&["fixes-nothing"]);
+    let ran = run("model", "colour = \"blue\"").expect(0);
     assert!(!ran.err.contains("fixes-nothing"), "{}", ran.err);
 }

@@ -48,6 +48,9 @@ impl Check<'_> {
     /// Checks that a body of tetrahedra has no keys of other bodies.
     fn tetrahedra(&self, body: &BodyScene) -> Result<(), SceneError> {
         let mesh = body.mesh.as_ref().map_or("", |mesh| mesh.get_ref());
+        let is_by_surface =
+            |fixed: &&Spanned<FixedScene>| fixed.get_ref().colour.is_some() || fixed.get_ref().texture.is_some();
+        let by_surface = body.fixed.iter().find(is_by_surface).map(Spanned::span);
         let others = [
             ("sheet", body.sheet.as_ref().map(Spanned::span), "a sheet is an OBJ file"),
             ("subdivide", body.subdivide.as_ref().map(Spanned::span), "refine the mesh where it was made"),
@@ -61,6 +64,7 @@ impl Check<'_> {
                 body.stitch.first().map(|_| body.mesh.as_ref().map_or(0..0, Spanned::span)),
                 "only sheets are sewn",
             ),
+            ("colour` or `texture` of a `fixed", by_surface, "its file has neither; name a group"),
         ];
         match others.into_iter().find_map(|(key, span, why)| Some((key, span?, why))) {
             Some((key, span, why)) => self.wrong(
@@ -155,19 +159,41 @@ impl Check<'_> {
             fixed.radius.as_ref().map(|_| "`radius`"),
             fixed.group.as_ref().map(|_| "`group`"),
             fixed.nodes.as_ref().map(|_| "`nodes`"),
+            fixed.colour.as_ref().map(|_| "`colour`"),
+            fixed.texture.as_ref().map(|_| "`texture`"),
+            fixed.above.as_ref().map(|_| "`above`"),
         ]
         .into_iter()
         .flatten()
         .collect();
-        if !matches!(found[..], ["`box`"] | ["`ball`", "`radius`"] | ["`group`"] | ["`nodes`"]) {
+        let is_one = matches!(
+            found[..],
+            ["`box`"]
+                | ["`ball`", "`radius`"]
+                | ["`group`"]
+                | ["`nodes`"]
+                | ["`colour`"]
+                | ["`colour`", "`above`"]
+                | ["`texture`"]
+                | ["`texture`", "`above`"]
+        );
+        if !is_one {
             let found = if found.is_empty() { "no place".into() } else { found.join(" and ") };
-            let text = format!("`fixed` has {found}; allowed is `box`, `ball` and `radius`, `group`, or `nodes`");
+            let text = format!(
+                "`fixed` has {found}; allowed is `box`, `ball` and `radius`, `group`, `nodes`, or `colour` or `texture` with or without `above`"
+            );
             return self.wrong(span, text);
+        }
+        if let Some(above) = &fixed.above
+            && !(*above.get_ref() > 0.0 && *above.get_ref() <= 1.0)
+        {
+            let text = format!("`above` is {}; allowed is above 0 and at most 1", above.get_ref());
+            return self.wrong(above.span(), text);
         }
         self.place(fixed.box_.as_ref(), fixed.radius.as_ref(), span.clone())?;
         if fixed.nodes.is_some() && region == Extent::Local {
             return self
-                .wrong(span, "`nodes` of a local region have no lasting numbers; allowed is `box`, `ball` or `group`");
+                .wrong(span, "`nodes` of a local region have no lasting numbers; allowed is `box`, `ball`, `group`, `colour` or `texture`");
         }
         self.path(&fixed.path, "a `fixed`", span)
     }

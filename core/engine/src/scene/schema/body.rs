@@ -277,6 +277,15 @@ pub struct FixedScene {
     /// mesh a physical group: its nodes.
     #[schemars(with = "Option<String>")]
     pub group: Option<Spanned<String>>,
+    /// A channel of the vertex colours (`v x y z r g b`), 0 to 1: what has at least the value `above`, with the channel linear within triangles. Of a sheet these are
+    /// vertices, of a solid the corners of the cells that this part of the surface goes through.
+    pub colour: Option<Channel>,
+    /// A grey PNG image, relative to the scene, by the texture coordinates (`vt`) of the OBJ: the same with its values, black 0 and white 1.
+    #[schemars(with = "Option<String>")]
+    pub texture: Option<Spanned<String>>,
+    /// Value of `colour` or `texture` from which on nodes are held, above 0 and at most 1; 0.5 by default.
+    #[schemars(with = "Option<f64>")]
+    pub above: Option<Spanned<f64>>,
     /// Numbers of nodes; for a whole region only. For a tetrahedral mesh they are those of the file: tags in a `.msh`, positions from 0 in a `.vtk`.
     pub nodes: Option<Vec<u32>>,
     /// For a sheet: whether border edges with both ends held are clamped, which keeps their direction at rest.

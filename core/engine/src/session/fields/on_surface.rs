@@ -5,7 +5,7 @@ use crate::body::{Layer, factor_at};
 use crate::scene::{Channel, FieldScene, SceneError, Source};
 use crate::session::place::{GroupPart, group_part};
 use crate::session::shared::SharedModel;
-use pliant_mesh::GreyImage;
+use crate::session::surface_values::SurfaceValues;
 use pliant_mesh::read::read_text;
 use std::ops::Range;
 use toml::Spanned;
@@ -31,24 +31,9 @@ impl SurfaceSource<'_> {
 
     /// Factors by a channel of the vertices' colours.
     pub(super) fn colours(&self, channel: Channel) -> Result<Layer, SceneError> {
-        let document = &self.shared.model.document;
         let range = self.range()?;
-        let mut factors = Vec::new();
-        for vertex in 0..self.shared.model.surface.points.len() {
-            let value = document.colour_of_vertex(vertex).map(|colour| colour[channel as usize]);
-            let Some(value) = value.filter(|value| (0.0..=1.0).contains(value)) else {
-                let line = document.line_of_vertex(vertex).unwrap_or(0);
-                let found = value.map_or("no colour".into(), |value| format!("a colour of {value}"));
-                let text = format!(
-                    "{}: line {line}: vertex {} has {found}; allowed is `v x y z r g b` with 0 to 1",
-                    document.name().display(),
-                    vertex + 1
-                );
-                return Err(self.source.error(self.span.clone(), text));
-            };
-            factors.push(factor_at(range, value));
-        }
-        Ok(Layer::Vertices(factors))
+        let values = self.values().colours(channel, &self.span)?;
+        Ok(Layer::Vertices(values.into_iter().map(|value| factor_at(range, value)).collect()))
     }
 
     /// A factor of each vertex, from the program or from the lines of a file.
@@ -72,30 +57,13 @@ impl SurfaceSource<'_> {
     /// Factors by a grey image.
     pub(super) fn texture(&self, texture: &Spanned<String>) -> Result<Layer, SceneError> {
         let range = self.range()?;
-        let corners = self.texture_corners(texture.span())?;
-        let image = GreyImage::read(&self.source.folder().join(texture.get_ref()));
-        let image = image.map_err(|error| self.source.error(texture.span(), error.to_string()))?;
+        let corners = self.values().texture_corners(&texture.span())?;
+        let image = self.values().image(texture)?;
         Ok(Layer::Texture { image, corners, range })
     }
 
-    /// Texture coordinates of the corners of each triangle.
-    fn texture_corners(&self, span: Range<usize>) -> Result<Vec<[[f64; 2]; 3]>, SceneError> {
-        let (document, surface) = (&self.shared.model.document, &self.shared.model.surface);
-        let mut all = Vec::with_capacity(surface.triangles.len());
-        for (corners, face) in surface.triangles.iter().zip(&surface.face_of) {
-            let [a, b, c] = corners.map(|vertex| document.texcoord_at(*face, vertex));
-            let (Some(a), Some(b), Some(c)) = (a, b, c) else {
-                let line = document.face(*face as usize).map_or(0, |face| face.line);
-                let text = format!(
-                    "{}: line {line}: a face without texture coordinates; allowed is `f v/vt v/vt v/vt`, with coordinates at every corner of \
-                     every face",
-                    document.name().display()
-                );
-                return Err(self.source.error(span, text));
-            };
-            all.push([a, b, c]);
-        }
-        Ok(all)
+    fn values(&self) -> SurfaceValues<'_> {
+        SurfaceValues { model: &self.shared.model, source: self.source }
     }
 
     /// The factors at 0 and 1.

@@ -3,7 +3,8 @@
 use super::Opening;
 use super::plugins::span_of;
 use crate::body::{Body, Discretization, FailedTriangles, Lattice, MaterialRecipe, Sheet, Skin, StiffnessFactor};
-use crate::scene::{BodyScene, EditScene, FixedScene};
+use crate::scene::{BodyScene, EditScene};
+use crate::session::fixings::FixedBody;
 use crate::session::shared::SharedModel;
 use crate::session::{SessionError, fibres, fields, place};
 use pliant_cut::CutMesh;
@@ -11,7 +12,6 @@ use pliant_host::{Material, PluginKind};
 use pliant_mesh::require_for_mesh_elements;
 use pliant_solver::System;
 use std::sync::Arc;
-use toml::Spanned;
 
 /// Parameter of materials that is a factor of all their stiffness.
 const STIFFNESS: &str = "young";
@@ -41,6 +41,7 @@ impl Opening<'_> {
         let files = scene.field.iter().filter_map(|field| field.get_ref().file());
         let files = files.filter(|file| !self.source.factors.contains_key(file.get_ref()));
         let files = files.chain(scene.fibre.iter().filter_map(|fibre| fibre.get_ref().csv.as_ref()));
+        let files = files.chain(scene.fixed.iter().filter_map(|fixed| fixed.get_ref().texture.as_ref()));
         self.field_files.extend(files.map(|file| self.source.folder().join(file.get_ref())));
         let mut discretization = match &scene.sheet {
             Some(sheet) => {
@@ -71,8 +72,8 @@ impl Opening<'_> {
         };
         self.measured_keys.push(discretization.lattice().map(measured_key).unwrap_or_default());
         let skin = Skin::new(&model, shared.tree);
-        let fixing = |f: &Spanned<FixedScene>| place::fixing(f, self.source, &model, &discretization);
-        let fixings = scene.fixed.iter().map(fixing).collect::<Result<_, _>>()?;
+        let fixed = FixedBody { source: self.source, model: &model, discretization: &discretization };
+        let fixings = scene.fixed.iter().map(|entry| fixed.fixing(entry)).collect::<Result<_, _>>()?;
         let seams = self.seams(scene, &model, &discretization)?;
         self.seams.push(seams);
         Ok(Body {
