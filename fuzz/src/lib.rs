@@ -66,6 +66,22 @@ pub fn sweep(bytes: &[u8]) {
     }
 }
 
+/// A journal of a batch: what is read of it is a journal, and nothing after what is damaged is read.
+pub fn journal(bytes: &[u8]) {
+    let (records, length) = pliant_batch::testing::parse_journal(bytes);
+    let lines = bytes[..length].iter().filter(|byte| **byte == b'\n').count();
+    assert_eq!(lines, records, "a record is a line");
+    assert_eq!(pliant_batch::testing::parse_journal(&bytes[..length]), (records, length));
+}
+
+/// A fabric file of the cloth plugin.
+pub fn fabric(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    if let Err(fault) = pliant_cloth::check_fabric(text) {
+        assert!(fault.reason.contains("fuzzed.toml:"), "{fault}");
+    }
+}
+
 /// A recording of a session.
 pub fn recording(bytes: &[u8]) {
     if let Ok(recording) = Recording::parse(bytes, Path::new("fuzzed.rec")) {

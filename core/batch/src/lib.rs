@@ -58,3 +58,13 @@ pub use session_batch::{InstanceRun, SceneInstance, SessionBatch, ToolSeries};
 pub use shard::Shard;
 pub use status::{ShardStatus, status};
 pub use sweep::{Keep, Limits, Sweep};
+
+/// The parser of journals, for tests and fuzzing.
+#[cfg(feature = "testing")]
+pub mod testing {
+    /// Number of whole records at the beginning of a journal, and their length in bytes.
+    pub fn parse_journal(bytes: &[u8]) -> (usize, usize) {
+        let journal = crate::store::journal::parse_journal(bytes);
+        (journal.records.len(), journal.length as usize)
+    }
+}

@@ -48,7 +48,7 @@ impl FabricFile {
     }
 
     /// Parses the text of a file; `path` is for messages, which also name the line.
-    fn parse(path: &str, text: &str) -> Result<Self, Fault> {
+    pub(crate) fn parse(path: &str, text: &str) -> Result<Self, Fault> {
         let wrong = |span: Range<usize>, what: String| {
             let line = text[..span.start.min(text.len())].matches('\n').count() + 1;
             Fault::bad_argument(format!("`fabric-file`: {path}:{line}: {what}"))

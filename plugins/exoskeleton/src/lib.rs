@@ -13,7 +13,7 @@ pub mod receiver;
 pub mod wire;
 
 use core::ffi::CStr;
-use key::Key;
+use key::{Key, require_key};
 use link::{CommandKind, Link};
 use params::{PARAMS, Settings};
 use pliant_plugin_api::abi::{DeviceInfo, Output, POSE_VALID, POSE_VELOCITY, Pose};
@@ -102,6 +102,7 @@ impl Device for Exoskeleton {
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         let settings = Settings::read(params)?;
         let key = settings.key.as_deref().map(Key::from_file).transpose().map_err(Fault::bad_argument)?;
+        require_key(settings.peer.ip(), key.as_ref()).map_err(Fault::bad_argument)?;
         let link = Link::new(settings.peer, settings.layout, key).map_err(|e| Fault::io(e.to_string()))?;
         link.connect(settings.connect_timeout).map_err(|e| Fault::io(format!("{e}; {}", params::NO_ANSWER_REMEDY)))?;
         Ok(Self {

@@ -1,6 +1,6 @@
 //! The parameters of the device in a scene, and the checks of `pliant device doctor`.
 
-use crate::key::Key;
+use crate::key::{Key, require_key};
 use crate::link::{CommandKind, DEFAULT_PEER, Link};
 use crate::wire::{EFFECTOR_COUNT, MAX_TAXELS, TaxelLayout};
 use pliant_plugin_api::abi::DeviceInfo;
@@ -10,7 +10,10 @@ use std::time::Duration;
 
 pub(crate) const PARAMS: &[Param] = &[
     Param::text(c"peer", c"address and port of the device; 127.0.0.1:48620 when not given"),
-    Param::path(c"key", c"a file with 32 hexadecimal digits that the device knows too"),
+    Param::path(
+        c"key",
+        c"a file with 32 hexadecimal digits that the device knows too, for its owner alone; not needed on loopback",
+    ),
     Param::number(c"patience", c"s", 0.0..=60.0, 1.0, c"how long it may take to answer when opened"),
     Param::number(c"lost-after", c"s", 0.05..=60.0, 2.0, c"silence after which it counts as lost"),
     Param::number(c"rate", c"Hz", 10.0..=4000.0, 1000.0, c"how often it is read and written"),
@@ -111,23 +114,28 @@ pub(crate) fn probe(params: &Params<'_>) -> Vec<Finding> {
     let key = match settings.key.as_deref().map(Key::from_file).transpose() {
         Ok(key) => key,
         Err(reason) => {
-            return vec![Finding::missing("key", reason, "write 32 hexadecimal digits into it, on both sides")];
+            return vec![Finding::missing(
+                "key",
+                reason,
+                "write 32 hexadecimal digits into it, on both sides, and let nobody else read it",
+            )];
         }
     };
-    let mut findings = Vec::new();
-    if key.is_none() && !settings.peer.ip().is_loopback() {
-        let text = format!("{} is on a network and there is no key", settings.peer);
-        findings.push(Finding::degraded("key", text, "give `key`, or anyone on the network can move the hand"));
+    if let Err(reason) = require_key(settings.peer.ip(), key.as_ref()) {
+        return vec![Finding::missing(
+            "key",
+            reason,
+            "give `key`: without one anyone on the network can move the hand",
+        )];
     }
     let connected = Link::new(settings.peer, settings.layout, key)
         .map_err(|e| e.to_string())
         .and_then(|link| link.connect(settings.connect_timeout).map(|()| link));
-    findings.push(match connected {
+    vec![match connected {
         Ok(link) => {
             link.send(&Default::default(), 0, CommandKind::Goodbye);
             Finding::present("device", format!("answers at {}", settings.peer))
         }
         Err(text) => Finding::missing("device", text, NO_ANSWER_REMEDY),
-    });
-    findings
+    }]
 }

@@ -96,6 +96,9 @@ fn opening_a_silent_device_names_its_address_and_a_remedy() {
     assert!(fault.reason.contains(&peer) && fault.reason.contains("pliant device emulate"), "{fault}");
     let fault = open("nowhere").err().expect("not an address");
     assert!(fault.reason.contains("`peer` is `nowhere`"), "{fault}");
+    // An address for documentation (RFC 5737): nothing is sent to it.
+    let fault = open("192.0.2.1:48620").err().expect("no key on a network");
+    assert!(fault.reason.contains("192.0.2.1 is on a network") && fault.reason.contains("`key`"), "{fault}");
 }
 
 #[test]
@@ -103,6 +106,15 @@ fn a_malformed_key_file_is_named_and_its_contents_are_not_shown() {
     let file = std::env::temp_dir().join(format!("pliant-key-{}", std::process::id()));
     let name = file.to_str().unwrap();
     std::fs::write(&file, "000102030405060708090a0b0c0d0e0f\n").unwrap();
+    #[cfg(unix)]
+    for rights in [0o604, 0o620, 0o600] {
+        use std::os::unix::fs::PermissionsExt;
+        std::fs::set_permissions(&file, std::fs::Permissions::from_mode(rights)).unwrap();
+        if rights != 0o600 {
+            let text = Key::from_file(name).err().expect("others may use it");
+            assert!(text.contains(name) && text.contains("chmod 600"), "{text}");
+        }
+    }
     let key = Key::from_file(name).unwrap_or_else(|e| panic!("{e}"));
     assert!(key.verify(b"message", &key.tag(b"message")) && !key.verify(b"massage", &key.tag(b"message")));
     std::fs::write(&file, "secret").unwrap();

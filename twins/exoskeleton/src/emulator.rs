@@ -5,8 +5,11 @@ use pliant_twin_exoskeleton::{Datagram, EndReason, ForceEnd, InjectedCounts, Net
 use serde_json::{Map, Value, json};
 use std::io::{ErrorKind, Write};
 use std::net::UdpSocket;
-use std::sync::mpsc::Receiver;
+use std::sync::mpsc::{Receiver, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
+
+/// Received datagrams that wait for the loop of the twin: a quarter of a second of the fastest host.
+const ARRIVAL_CAPACITY: usize = 1024;
 
 /// When the twin acts. Times are ns since its start.
 pub(crate) struct Schedule {
@@ -89,7 +92,9 @@ impl Emulator {
         let releases = [self.to_host.next_release_ns(), self.from_host.next_release_ns()];
         let wake_ns = releases.into_iter().flatten().fold(until_ns, u64::min);
         let mut timeout = Duration::from_nanos(wake_ns.saturating_sub(self.now_ns()));
-        while let Ok(Arrival { datagram, time_ns }) = self.arrivals.recv_timeout(timeout) {
+        // In a flood the ticks go on.
+        for _ in 0..ARRIVAL_CAPACITY {
+            let Ok(Arrival { datagram, time_ns }) = self.arrivals.recv_timeout(timeout) else { return };
             self.from_host.send(datagram, time_ns);
             timeout = Duration::ZERO;
         }
@@ -147,7 +152,7 @@ impl Emulator {
 /// Receives on a thread of its own: the time-out of a blocking socket is too coarse for ticks of 1 ms.
 fn spawn_receiver(socket: &UdpSocket, start: Instant) -> Result<Receiver<Arrival>, String> {
     let socket = socket.try_clone().map_err(|e| e.to_string())?;
-    let (sender, receiver) = std::sync::mpsc::channel();
+    let (sender, receiver) = sync_channel(ARRIVAL_CAPACITY);
     std::thread::spawn(move || {
         // One byte more than a valid datagram has, so that a longer one is not taken for a valid one when cut off.
         let mut buffer = [0; MAX_DATAGRAM_BYTES + 1];
@@ -157,7 +162,8 @@ fn spawn_receiver(socket: &UdpSocket, start: Instant) -> Result<Receiver<Arrival
                     let time_ns = start.elapsed().as_nanos() as u64;
                     let bytes = buffer[..length].to_vec();
                     let datagram = Datagram { sequence: sequence(&bytes), address, bytes };
-                    if sender.send(Arrival { datagram, time_ns }).is_err() {
+                    // What does not fit is lost, as in the socket's own queue.
+                    if let Err(TrySendError::Disconnected(_)) = sender.try_send(Arrival { datagram, time_ns }) {
                         return;
                     }
                 }
@@ -200,6 +206,7 @@ fn injected_json(counts: InjectedCounts) -> Value {
         "lost_last": counts.lost_last,
         "duplicate": counts.duplicate,
         "late": counts.late,
+        "overflow": counts.overflow,
     })
 }
 

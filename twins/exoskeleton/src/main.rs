@@ -8,7 +8,7 @@ mod emulator;
 
 use clap::{Parser, ValueEnum};
 use emulator::{Emulator, Schedule};
-use pliant_exoskeleton::key::Key;
+use pliant_exoskeleton::key::{Key, require_key};
 use pliant_exoskeleton::link::DEFAULT_PEER;
 use pliant_exoskeleton::wire::{MAX_TAXELS, TaxelLayout};
 use pliant_twin_exoskeleton::{FingerPath, Fingers, HandModel, Impairments, Limits, Network, Twin};
@@ -25,7 +25,7 @@ struct Args {
     /// Address and port to listen at
     #[arg(long, default_value = DEFAULT_PEER)]
     address: SocketAddr,
-    /// A file with 32 hexadecimal digits that the host knows too
+    /// A file with 32 hexadecimal digits that the host knows too, for its owner alone; needed at an address of a network
     #[arg(long, value_name = "FILE")]
     key: Option<String>,
     /// Poses per second
@@ -145,6 +145,7 @@ fn twin(args: &Args) -> Result<Twin, String> {
         }
     };
     let key = args.key.as_deref().map(Key::from_file).transpose()?;
+    require_key(args.address.ip(), key.as_ref())?;
     let limits = Limits { force: args.peak_force, taxel_force: args.taxel_force as f32 };
     Ok(Twin::new(layout, key, limits, Fingers::new(path, args.hand.model(), POSITION_QUANTUM)))
 }

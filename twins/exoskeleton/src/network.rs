@@ -1,6 +1,6 @@
 //! An emulated network for one direction: it loses, delays, repeats and reorders datagrams, and counts what it did.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 
 /// A datagram on its way.
@@ -42,14 +42,15 @@ pub struct InjectedCounts {
     pub duplicate: u64,
     /// Datagrams delivered for the first time after a later one.
     pub late: u64,
+    /// Datagrams dropped as more were on their way than one side sends.
+    pub overflow: u64,
 }
+
+/// When a datagram is delivered, in ns, and its order of sending, which decides between equal times.
+type Release = (u64, u64);
 
 /// A datagram that is not delivered yet.
 struct InFlight {
-    /// When it is delivered, ns.
-    release_ns: u64,
-    /// Order of sending; decides between equal release times.
-    order: u64,
     /// Whether a copy of it was delivered already.
     is_repeat: bool,
     datagram: Datagram,
@@ -60,7 +61,9 @@ pub struct Network {
     impairments: Impairments,
     /// State of the random numbers.
     random_state: u64,
-    in_flight: Vec<InFlight>,
+    in_flight: BTreeMap<Release, InFlight>,
+    /// Most datagrams on their way; those beyond it are dropped.
+    capacity: usize,
     sent_order: u64,
     /// Highest sequence number delivered.
     newest: u64,
@@ -71,14 +74,20 @@ pub struct Network {
 
 /// Additional delay of a reordered datagram, ns: three datagrams at 1 kHz.
 const REORDER_DELAY_NS: u64 = 3_000_000;
+/// Highest rate at which one side sends, Hz; every datagram may be on its way twice.
+const MAX_RATE: f64 = 4000.0;
+/// Datagrams on their way besides those that the delay keeps there.
+const SPARE_CAPACITY: usize = 1024;
 
 impl Network {
     /// An idle network. The same seed gives the same impairments for the same sequence of datagrams.
     pub fn new(impairments: Impairments, seed: u64) -> Self {
+        let longest_ns = impairments.delay_ns.saturating_add(impairments.jitter_ns).saturating_add(REORDER_DELAY_NS);
         Self {
             impairments,
             random_state: seed,
-            in_flight: Vec::new(),
+            in_flight: BTreeMap::new(),
+            capacity: SPARE_CAPACITY + (2.0 * MAX_RATE * 1e-9 * longest_ns as f64) as usize,
             sent_order: 0,
             newest: 0,
             lost_last: BTreeSet::new(),
@@ -105,6 +114,10 @@ impl Network {
 
     /// Gives a datagram to the network at `now_ns`.
     pub fn send(&mut self, datagram: Datagram, now_ns: u64) {
+        if self.in_flight.len() >= self.capacity {
+            self.counts.overflow += 1;
+            return;
+        }
         self.counts.sent += 1;
         if self.random() < self.impairments.loss {
             self.lost_last.insert(datagram.sequence);
@@ -115,31 +128,29 @@ impl Network {
             let reorder_ns = if self.random() < self.impairments.reorder { REORDER_DELAY_NS } else { 0 };
             let jitter_ns = (self.random() * self.impairments.jitter_ns as f64) as u64;
             self.sent_order += 1;
-            self.in_flight.push(InFlight {
-                release_ns: now_ns + self.impairments.delay_ns + jitter_ns + reorder_ns,
-                order: self.sent_order,
-                is_repeat: false,
-                datagram: datagram.clone(),
-            });
+            let release_ns = now_ns + self.impairments.delay_ns + jitter_ns + reorder_ns;
+            let in_flight = InFlight { is_repeat: false, datagram: datagram.clone() };
+            self.in_flight.insert((release_ns, self.sent_order), in_flight);
         }
     }
 
     /// When the next datagram is to be delivered, ns; none if no datagram is on its way.
     pub fn next_release_ns(&self) -> Option<u64> {
-        self.in_flight.iter().map(|d| d.release_ns).min()
+        self.in_flight.first_key_value().map(|((release_ns, _), _)| *release_ns)
     }
 
     /// Delivers the next datagram that is due at `now_ns`.
     pub fn deliver(&mut self, now_ns: u64) -> Option<Datagram> {
-        let due = self.in_flight.iter().enumerate().filter(|(_, d)| d.release_ns <= now_ns);
-        let (index, _) = due.min_by_key(|(_, d)| (d.release_ns, d.order))?;
-        let InFlight { datagram, is_repeat, .. } = self.in_flight.swap_remove(index);
+        let next = self.in_flight.first_entry().filter(|next| next.key().0 <= now_ns)?;
+        let InFlight { datagram, is_repeat } = next.remove();
         if is_repeat {
             self.counts.duplicate += 1;
             return Some(datagram);
         }
         // Which of two copies is the repetition is decided by the order of delivery, not of sending.
-        if let Some(copy) = self.in_flight.iter_mut().find(|d| d.datagram.sequence == datagram.sequence) {
+        if self.impairments.duplicates > 0.0
+            && let Some(copy) = self.in_flight.values_mut().find(|d| d.datagram.sequence == datagram.sequence)
+        {
             copy.is_repeat = true;
         }
         if datagram.sequence > self.newest {
@@ -200,5 +211,21 @@ mod tests {
         assert_eq!((counts.late, counts.duplicate), (late, duplicate));
         // Expected are 20 % lost and 10 % of the others repeated; the bounds are more than five standard deviations away.
         assert!((3_700..4_300).contains(&lost) && (1_400..1_800).contains(&duplicate) && late > 1_000, "{counts:?}");
+    }
+
+    #[test]
+    fn a_flood_is_dropped_and_what_one_side_sends_is_not() {
+        let address = "127.0.0.1:1".parse().unwrap();
+        let impairments = Impairments { delay_ns: 10_000_000_000, duplicates: 1.0, ..Impairments::default() };
+        let mut network = Network::new(impairments, 3);
+        let tick_ns = (1e9 / MAX_RATE) as u64;
+        let give = |network: &mut Network, now_ns| {
+            network.send(Datagram { sequence: now_ns / tick_ns + 1, address, bytes: Vec::new() }, now_ns);
+            while network.deliver(now_ns).is_some() {}
+        };
+        (0..100_000).for_each(|tick| give(&mut network, tick * tick_ns));
+        assert_eq!(network.counts().overflow, 0);
+        (0..100_000).for_each(|_| give(&mut network, 100_000 * tick_ns));
+        assert!(network.counts().overflow > 90_000 && network.in_flight.len() <= network.capacity + 1);
     }
 }

@@ -13,15 +13,15 @@ pub(super) fn line(record: &Record) -> io::Result<Vec<u8>> {
 }
 
 /// The valid part of a journal.
-pub(super) struct ParsedJournal {
+pub(crate) struct ParsedJournal {
     /// Records in the order they were written.
-    pub(super) records: Vec<Record>,
+    pub(crate) records: Vec<Record>,
     /// Its length, bytes.
-    pub(super) length: u64,
+    pub(crate) length: u64,
 }
 
 /// Parses a journal.
-pub(super) fn parse_journal(bytes: &[u8]) -> ParsedJournal {
+pub(crate) fn parse_journal(bytes: &[u8]) -> ParsedJournal {
     let mut records = Vec::new();
     let mut length = 0;
     for line in bytes.split_inclusive(|byte| *byte == b'\n') {

@@ -1,6 +1,6 @@
 //! Files of a batch: a journal and a table for each shard, and the store of meshes.
 
-mod journal;
+pub(crate) mod journal;
 mod mesh_store;
 mod records;
 mod shard_files;
