@@ -66,12 +66,20 @@ pub fn sweep(bytes: &[u8]) {
     }
 }
 
-/// A journal of a batch: what is read of it is a journal, and nothing after what is damaged is read.
+/// A journal of a batch, as it is and with checksums that match: what is read of it is a journal, and nothing after what is damaged is read.
 pub fn journal(bytes: &[u8]) {
-    let (records, length) = pliant_batch::testing::parse_journal(bytes);
-    let lines = bytes[..length].iter().filter(|byte| **byte == b'\n').count();
-    assert_eq!(lines, records, "a record is a line");
-    assert_eq!(pliant_batch::testing::parse_journal(&bytes[..length]), (records, length));
+    let mut sealed = Vec::new();
+    for line in bytes.split_inclusive(|byte| *byte == b'\n') {
+        let json = line.get(9..).unwrap_or_default();
+        sealed.extend(format!("{:08x} ", crc32(json.strip_suffix(b"\n").unwrap_or(json))).bytes());
+        sealed.extend(json);
+    }
+    for bytes in [bytes, &sealed] {
+        let (records, length) = pliant_batch::testing::parse_journal(bytes);
+        let lines = bytes[..length].iter().filter(|byte| **byte == b'\n').count();
+        assert_eq!(lines, records, "a record is a line");
+        assert_eq!(pliant_batch::testing::parse_journal(&bytes[..length]), (records, length));
+    }
 }
 
 /// A fabric file of the cloth plugin.
