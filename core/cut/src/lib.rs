@@ -42,6 +42,7 @@
 //! ```
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+#![deny(clippy::wildcard_enum_match_arm)]
 
 mod advance;
 mod blade;

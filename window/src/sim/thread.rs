@@ -301,7 +301,30 @@ fn is_news(kind: EventKind, has_device: bool) -> bool {
         | EventKind::Substeps
         | EventKind::RepeatedStep => false,
         EventKind::ForceSafety => has_device,
-        _ => true,
+        EventKind::Message
+        | EventKind::Quarantine
+        | EventKind::DeviceLost
+        | EventKind::GripLost
+        | EventKind::ForceLimit
+        | EventKind::CutRefused
+        | EventKind::CutHeld
+        | EventKind::CutAgain
+        | EventKind::StitchRefused
+        | EventKind::StitchOpened
+        | EventKind::PaintRefused
+        | EventKind::Split
+        | EventKind::SplitRefused
+        | EventKind::LayerRefused
+        | EventKind::LayerFixed
+        | EventKind::NotConverged
+        | EventKind::LongStep
+        | EventKind::Unstable
+        | EventKind::CollisionsLeft
+        | EventKind::Asleep
+        | EventKind::ElementsFailed
+        | EventKind::Model
+        | EventKind::NotKept
+        | EventKind::Repaired => true,
     }
 }
 

@@ -473,10 +473,9 @@ impl Trace {
         if !along_edge {
             return self.add_node(Location::Face([low, high], t), x, facet);
         }
-        let sites = [low, high].map(|end| match self.nodes[end as usize].place {
-            Location::Vertex(site) => site,
-            _ => 0, // runs along edges end at vertices
-        });
+        // Runs along edges end at vertices.
+        let sites =
+            [low, high].map(|end| if let Location::Vertex(site) = self.nodes[end as usize].place { site } else { 0 });
         let node = self.add_node(Location::Edge(sites, t), x, facet);
         let nodes = self.on_edge.entry(sites).or_default();
         nodes.push(node);

@@ -5,7 +5,6 @@
 //! use kinds through these traits alone.
 
 mod brush;
-#[allow(clippy::wildcard_enum_match_arm, reason = "an answer that is neither of two replaces the one before it")]
 mod cut;
 mod flatten;
 mod flow;

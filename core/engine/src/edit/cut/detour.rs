@@ -18,8 +18,8 @@ struct Detour {
     via: Blade,
 }
 
-/// How far a blade came on detours.
-#[derive(Clone, Copy, PartialEq, Eq)]
+/// How far a blade came on detours, in ascending order of what it may leave behind.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detoured {
     /// Not at all.
     Nowhere,
@@ -105,11 +105,11 @@ pub fn go_around(
         if stroke.stroke.blade() == *to {
             break;
         }
-        match bend(body, stroke, to, stride, swept, &mut trials)? {
-            Detoured::Nowhere => break,
-            Detoured::Onward if all == Detoured::Through => {}
-            detoured => all = detoured,
+        let detoured = bend(body, stroke, to, stride, swept, &mut trials)?;
+        if detoured == Detoured::Nowhere {
+            break;
         }
+        all = all.max(detoured);
     }
     Ok(all)
 }
