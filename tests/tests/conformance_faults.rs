@@ -109,6 +109,54 @@ fn sound_plugins_fail_no_case() {
     }
 }
 
+/// Cases that are skipped for `sound-springs`, which has links, damping, and nothing else they are about.
+const SKIPPED_FOR_SPRINGS: &[&str] = &[
+    "single-precision-stiffness-matches",
+    "advance-dissipates",
+    "advance-is-objective",
+    "failure-follows-from-history",
+    "fields-scale-their-parameters",
+    "directions-turn-with-the-shape-at-rest",
+    "directions-have-no-sign",
+    "derivatives-hold-with-any-direction",
+    "coupled-strain-gradient",
+    "coupled-strain-is-objective",
+    "compliance-is-positive-definite",
+    "normals-force-is-energy-gradient",
+    "normals-derivative-is-energy-gradient",
+    "normals-energy-is-objective",
+    "normals-rest-is-force-free",
+    "tilt-is-an-upper-bound",
+    "no-allocation-in-a-step",
+];
+
+/// Cases that are skipped for `sound-net`, a sheet without damping and history.
+const SKIPPED_FOR_NET: &[&str] = &[
+    "single-precision-stiffness-matches",
+    "damping-dissipates",
+    "advance-dissipates",
+    "advance-is-objective",
+    "failure-follows-from-history",
+    "fields-scale-their-parameters",
+    "directions-turn-with-the-shape-at-rest",
+    "directions-have-no-sign",
+    "derivatives-hold-with-any-direction",
+    "no-allocation-in-a-step",
+];
+
+/// Names of the skipped cases.
+fn skipped(candidate: &Candidate) -> Vec<&'static str> {
+    let kind = candidate.kind().expect("a known kind");
+    let skips = |case: &&pliant_plugin_api::kit::Case| matches!(case.run(candidate), Verdict::Skipped(_));
+    cases(kind).iter().filter(skips).map(|case| case.name).collect()
+}
+
+#[test]
+fn a_case_about_what_a_plugin_does_not_have_is_skipped() {
+    assert_eq!(skipped(&candidate("sound-springs")), SKIPPED_FOR_SPRINGS);
+    assert_eq!(skipped(&candidate("sound-net")), SKIPPED_FOR_NET);
+}
+
 /// Allocations can only be counted in a plugin that is linked into the program with the counting allocator.
 #[test]
 fn allocations_of_a_linked_plugin_are_found() {

@@ -48,3 +48,8 @@ pub fn allocations() -> Option<u64> {
     std::hint::black_box(Vec::<u8>::with_capacity(1));
     INSTALLED.load(Ordering::Relaxed).then(|| COUNT.with(Cell::get))
 }
+
+/// Allocations of this thread so far, as [`CountingAllocator`] has counted them.
+pub(super) fn counted() -> u64 {
+    COUNT.with(Cell::get)
+}
