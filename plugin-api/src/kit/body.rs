@@ -1,5 +1,7 @@
 //! A small body for tests, and what a material computes for it.
 
+mod inputs;
+
 use super::tested_material::{Call, MaterialUnderTest};
 use super::{ElementList, corners};
 use crate::abi;

@@ -17,8 +17,8 @@ use super::repeatability::{
     threads_are_bit_identical,
 };
 use super::{
-    Case, CaseResult, NO_EXTREMES, describe_fault, directions, ensure, far_from_rest, fields, history, normals, single,
-    tested,
+    Case, CaseResult, NO_EXTREMES, damping, describe_fault, directions, ensure, far_from_rest, fields, history,
+    measure, normals, panics, rest_shape, single, tested,
 };
 use crate::abi;
 use crate::material::TangentScale;
@@ -30,9 +30,24 @@ pub(super) const CASES: &[Case] = &[
         run: mass_is_positive,
     },
     Case {
+        name: "measure-scales-contributions",
+        promise: "mass, energy, forces and matrix of a point, link or tetrahedron are proportional to its measure",
+        run: measure::scales_contributions,
+    },
+    Case {
         name: "rest-is-force-free",
         promise: "a body at rest has no forces, and a stretched one has",
         run: rest_is_force_free,
+    },
+    Case {
+        name: "curved-rest-is-force-free",
+        promise: "a sheet that is curved at rest has no forces and no strain of coupled hinges there",
+        run: rest_shape::curved_is_force_free,
+    },
+    Case {
+        name: "axes-turn-with-the-shape-at-rest",
+        promise: "turning the shape at rest changes neither energy nor forces",
+        run: rest_shape::axes_turn_with_it,
     },
     Case {
         name: "force-is-energy-gradient",
@@ -63,6 +78,16 @@ pub(super) const CASES: &[Case] = &[
         name: "damping-dissipates",
         promise: "damping is symmetric, dissipates energy, and is minus the gradient of the force by the velocity",
         run: damping_dissipates,
+    },
+    Case {
+        name: "damping-is-linear-in-velocity",
+        promise: "at any speed the force of damping is `-C v`, with a matrix that does not depend on velocity",
+        run: damping::is_linear,
+    },
+    Case {
+        name: "rigid-motion-is-not-damped",
+        promise: "a body that moves or turns as a whole has no damping forces",
+        run: damping::spares_rigid_motions,
     },
     Case {
         name: "tangent-is-linear-in-its-factors",
@@ -184,6 +209,11 @@ pub(super) const CASES: &[Case] = &[
         name: "nan-is-reported",
         promise: "a position that is NaN gives a fault or forces that are not finite",
         run: nan_is_reported,
+    },
+    Case {
+        name: "no-call-panics",
+        promise: "no call of a step panics, however far from sense the state is",
+        run: panics::no_call_panics,
     },
     Case { name: "no-allocation-in-a-step", promise: "calls inside a step do not allocate", run: no_allocation },
 ];
