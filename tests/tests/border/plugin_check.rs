@@ -37,6 +37,36 @@ fn create_with(change: &str) -> String {
     )
 }
 
+/// A `forces` that reads the plane behind the rest data.
+const READS_PAST: &str = "
+    static pliant_status wide(const pliant_plugin *p, const pliant_batch *b, double *force) {
+      size_t e;
+      for (e = b->begin; e < b->end; e++) force[3 * (size_t)b->elements[2 * e]] += b->rest_data[2 * b->count + e];
+      return forces(p, b, force);
+    }
+    ";
+
+/// An `energy` that writes to a measure, a change within rounding.
+const WRITES_MEASURE: &str = "
+    static pliant_status writing(const pliant_plugin *p, const pliant_batch *b, double *out) {
+      double *measure = (double *)b->measure;
+      measure[b->begin] *= 1.0 + 1e-15;
+      return energy(p, b, out);
+    }
+    ";
+
+/// `functions`, and the entry of a material with `last` for its functions `forces` and `tangent`.
+fn with_material(functions: &str, last: &str) -> String {
+    format!(
+        "{functions}
+         static const pliant_material own = {{sizeof(pliant_material), elements, rest, mass, energy, {last}, NULL, NULL}};
+         static const void *other(const pliant_plugin *p, const char *id) {{
+           (void)p; return strcmp(id, PLIANT_MATERIAL) == 0 ? &own : NULL; }}
+         {}",
+        create_with("it->plugin.extension = other;")
+    )
+}
+
 /// Names of the failed cases.
 fn failed(ran: &Ran) -> Vec<String> {
     let document = ran.json();
@@ -98,6 +128,12 @@ fn each_violation_of_the_interface_fails_its_case_and_no_other() {
         ("any_id", any_id, "unknown-id-is-refused"),
         ("any_extension", with(any_extension, "it->plugin.extension = any;"), "unknown-extension-is-not-offered"),
         ("takes_all", with(takes_all, "it->plugin.set_number = takes;"), "out-of-range-is-refused"),
+        ("reads_past", with_material(READS_PAST, "wide, tangent"), "planes-are-kept-to"),
+        (
+            "writes_measure",
+            with_material(WRITES_MEASURE, "forces, tangent").replace(" energy,", " writing,"),
+            "planes-are-kept-to",
+        ),
         ("runs_dry", with("static int opened;\n", "if (++opened > 30) return NULL;"), "opens-many-times"),
     ];
     for (stem, fault, case) in table {

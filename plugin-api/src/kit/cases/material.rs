@@ -17,7 +17,7 @@ use super::repeatability::{
     threads_are_bit_identical,
 };
 use super::{
-    Case, CaseResult, NO_EXTREMES, damping, describe_fault, directions, ensure, far_from_rest, fields, history,
+    Case, CaseResult, NO_EXTREMES, damping, describe_fault, directions, ensure, far_from_rest, fields, guards, history,
     measure, normals, panics, rest_shape, single, tested,
 };
 use crate::abi;
@@ -209,6 +209,11 @@ pub(super) const CASES: &[Case] = &[
         name: "nan-is-reported",
         promise: "a position that is NaN gives a fault or forces that are not finite",
         run: nan_is_reported,
+    },
+    Case {
+        name: "planes-are-kept-to",
+        promise: "calls read nothing around the planes of rest data and history, and write to their own output alone",
+        run: guards::planes_are_kept_to,
     },
     Case {
         name: "no-call-panics",

@@ -11,6 +11,7 @@ mod directions;
 mod far_from_rest;
 mod fields;
 mod grid;
+mod guards;
 mod history;
 mod invariance;
 mod material;

@@ -14,7 +14,7 @@ const BOTH: TangentScale = TangentScale { stiffness: 1.0, damping: 0.5 };
 
 /// Bits of all per-node and per-element results in a state, computed in calls of at most `max_elements` elements. The energy is a
 /// sum over elements, so it depends on the calls and is left out.
-fn result_bits(material: &TestInstance, body: &Body, max_elements: usize) -> Result<Vec<u64>, Fault> {
+pub(super) fn result_bits(material: &TestInstance, body: &Body, max_elements: usize) -> Result<Vec<u64>, Fault> {
     let mut force = vec![[0.0; 3]; body.x.len()];
     body.add_forces_in_calls(material, max_elements, &mut force)?;
     let blocks = body.blocks(material, BOTH, max_elements)?;
