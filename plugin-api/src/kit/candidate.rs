@@ -1,7 +1,7 @@
 //! A plugin to run the conformance suite on: its descriptor, and a way to make instances.
 #![allow(unsafe_code, reason = "plays the host")]
 
-use super::allocations::{allocations, counted};
+use super::allocations::{allocations, counted, malloc_calls};
 use super::instance::TestInstance;
 use crate::abi;
 use crate::fault::Fault;
@@ -64,6 +64,9 @@ impl Candidate {
     /// The function that returns the number of allocations of this thread so far, those of the plugin included; `None` where nothing
     /// counts them.
     pub(super) fn allocation_count(&self) -> Option<fn() -> u64> {
+        if malloc_calls().is_some() {
+            return Some(|| malloc_calls().unwrap_or(0));
+        }
         (self.is_linked && allocations().is_some()).then_some(counted)
     }
 

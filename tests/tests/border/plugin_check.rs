@@ -55,6 +55,16 @@ const WRITES_MEASURE: &str = "
     }
     ";
 
+/// A `forces` that allocates and frees.
+const ALLOCATES: &str = "
+    static void *volatile kept;
+    static pliant_status allocating(const pliant_plugin *p, const pliant_batch *b, double *force) {
+      kept = malloc(64);
+      free(kept);
+      return forces(p, b, force);
+    }
+    ";
+
 /// `functions`, and the entry of a material with `last` for its functions `forces` and `tangent`.
 fn with_material(functions: &str, last: &str) -> String {
     format!(
@@ -151,6 +161,26 @@ fn each_violation_of_the_interface_fails_its_case_and_no_other() {
     let ran = bench.pliant(&["plugin", "check", &library, "--case", "opens-with-defaults", "--json"]).expect(1);
     assert_eq!(failed(&ran), ["opens-with-defaults"]);
     assert!(ran.out.contains("not today"), "the plugin's own reason: {}", ran.out);
+}
+
+#[test]
+#[cfg_attr(not(all(target_os = "linux", target_env = "gnu")), ignore = "counts calls of glibc")]
+fn allocations_of_a_c_plugin_are_found_where_they_are_counted() {
+    let bench = Bench::new();
+    let allocates = compile_with_fault(&bench, "allocates", &with_material(ALLOCATES, "allocating, tangent"));
+    let count = std::fs::read_to_string(bench.path("sound/tests/count-malloc.c")).expect("a file of the project");
+    let count = bench.compile("lib", "count_malloc", &count).display().to_string();
+    let sound = compile_with_fault(&bench, "allocates_not", &create_with(""));
+    let case = ["--case", "no-allocation-in-a-step"];
+    let check = |library: &str, preload: &str| {
+        let args = [&["plugin", "check", library, "--json"], &case[..]].concat();
+        bench.pliant_with(&args, &[("LD_PRELOAD", preload)])
+    };
+    let ran = check(&allocates, &count).expect(1);
+    assert!(ran.out.contains("`forces` allocated 1 times"), "{}", ran.out);
+    assert_eq!(check(&sound, &count).expect(0).json()["ok"], 1);
+    let uncounted = check(&allocates, "").expect(0).json();
+    assert_eq!(uncounted["skipped"], 1, "{uncounted}");
 }
 
 /// Compiles a material whose `forces` runs the C statements `how`, which crash or never end.

@@ -119,8 +119,8 @@ pub fn check<R: Role>() {
 const NO_EXTREMES: &str = "it has no number or choice that it takes alone";
 
 /// Why allocations are not counted.
-const UNCOUNTED: &str =
-    "allocations of a library cannot be counted from outside; a test with `kit::CountingAllocator` can";
+const UNCOUNTED: &str = "its allocations are not counted here; a Rust test with `kit::CountingAllocator` counts those of a plugin that \
+     is linked in, and `make test` of a C or C++ project those of its library, on Linux with glibc";
 
 /// A fault as a sentence.
 fn describe_fault(fault: Fault) -> String {
