@@ -221,7 +221,8 @@ typedef struct pliant_material {
   pliant_status (*mass)(const pliant_plugin *, const pliant_batch *, double *mass);
   /* *energy += elastic energy, J. [sim & active] */
   pliant_status (*energy)(const pliant_plugin *, const pliant_batch *, double *energy);
-  /* force[3 node + i] += -dE/dx - C v, N. [sim & active] */
+  /* force[3 node + i] += -dE/dx - C v, N, with the velocities v of the batch. The host passes v = 0 where it takes C v from the matrix
+   * of `tangent`, as in the first iteration of a step of backward Euler: so C may depend on x and not on v. [sim & active] */
   pliant_status (*forces)(const pliant_plugin *, const pliant_batch *, double *force);
   /* blocks += stiffness K + damping C; K = d2E/dx2 or a positive semi-definite approximation of it, N/m; C = -df/dv, N s/m;
    * `stiffness` and `damping` are factors. [sim & active] */

@@ -118,7 +118,8 @@ pub trait Material: Send + Sync + Sized + 'static {
     /// A value that is not finite.
     fn energy(&self, elements: &Elements<'_>) -> Result<f64, Fault>;
 
-    /// Adds the nodal forces -dE/dx - C v, N.
+    /// Adds the nodal forces -dE/dx - C v, N, with the velocities of the call. The host calls with velocities of zero where it takes C v from the matrix of
+    /// [`Material::tangent`], as in the first iteration of a step of backward Euler: so C may depend on positions and not on velocities.
     ///
     /// # Errors
     /// A value that is not finite.

@@ -32,7 +32,7 @@ pub enum ReportCommand {
 #[derive(Args)]
 pub struct AccuracyArgs {
     /// Compare this scene with its own refined solution instead of running the catalogue
-    #[arg(long, value_name = "FILE", conflicts_with = "catalogue")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["catalogue", "print_catalogue"])]
     pub scene: Option<PathBuf>,
     /// With --scene: value that takes the place of the scene's
     #[arg(long, value_name = "PATH=VALUE", value_parser = setting, requires = "scene")]
@@ -50,6 +50,9 @@ pub struct ReportOptionArgs {
     /// Run this catalogue instead of the program's own; its scenes are files beside it
     #[arg(long, value_name = "FILE")]
     pub catalogue: Option<PathBuf>,
+    /// Print the program's own catalogue, with what each key means, to begin another from
+    #[arg(long, conflicts_with = "catalogue")]
+    pub print_catalogue: bool,
     /// Run fewer resolutions: about a minute
     #[arg(long)]
     pub quick: bool,

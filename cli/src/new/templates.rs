@@ -40,6 +40,7 @@ pub fn files(kind: NewKind, language: Language) -> Vec<(&'static str, String)> {
     };
     files.push(("src/@SNAKE@.@EXT@", format!("{plugin}{TAIL}")));
     files.push(("include/pliant.h", HEADER.to_owned()));
+    files.push(("tests/count-malloc.c", include_str!("../../templates/count-malloc.c.txt").to_owned()));
     files.push(("Makefile", include_str!("../../templates/Makefile.txt").to_owned()));
     files.push(("README.md", include_str!("../../templates/README.c.txt").to_owned()));
     files

@@ -26,6 +26,15 @@ pub fn report(cli: &Cli, command: &ReportCommand) -> Result<Outcome, Failure> {
         ReportCommand::Stability(args) => (ReportKind::Stability, args),
         ReportCommand::Performance(args) => (ReportKind::Performance, args),
     };
+    if args.print_catalogue {
+        let catalogue = match kind {
+            ReportKind::Accuracy => ACCURACY,
+            ReportKind::Stability => STABILITY,
+            ReportKind::Performance => PERFORMANCE,
+        };
+        print(catalogue.trim_end())?;
+        return Ok(Outcome::Done);
+    }
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(format!("report-{}", kind.name())));
     let baseline = args.baseline.as_deref().map(read_baseline).transpose()?;
     let mut journal = open_journal(&folder, args.fresh)?;

@@ -130,7 +130,8 @@ pub trait ForceModel: Send + Sync {
     /// What the model reports, or a value that is not finite.
     fn energy(&self, call: &ElementCall<'_>) -> Result<f64, ForceError>;
 
-    /// Adds `-dE/dx - C v`, N, to `out`, one per node of the call's window.
+    /// Adds `-dE/dx - C v`, N, to `out`, one per node of the call's window. The velocities of the call are zero in the first iteration of a
+    /// step of backward Euler, which takes `C v` from the matrix, and in a quasi-static step, which damps nothing.
     ///
     /// # Errors
     /// What the model reports.

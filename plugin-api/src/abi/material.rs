@@ -152,7 +152,7 @@ pub struct Material {
     pub mass: Option<WriteFn>,
     /// Adds the elastic energy, J.
     pub energy: Option<WriteFn>,
-    /// Adds -dE/dx - C v, N (n x 3).
+    /// Adds -dE/dx - C v, N (n x 3); v is zero where the host takes C v from the matrix.
     pub forces: Option<WriteFn>,
     /// Adds `stiffness` K + `damping` C.
     pub tangent: Option<

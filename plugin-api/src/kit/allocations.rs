@@ -1,5 +1,5 @@
-//! Counts heap allocations of a test.
-#![allow(unsafe_code, reason = "an allocator that forwards every call")]
+//! Counts heap allocations of a test: of the program, and of plugins of any language where a library that counts them is preloaded.
+#![allow(unsafe_code, reason = "an allocator that forwards every call, and a function that is looked up by name")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -47,4 +47,34 @@ unsafe impl GlobalAlloc for CountingAllocator {
 pub fn allocations() -> Option<u64> {
     std::hint::black_box(Vec::<u8>::with_capacity(1));
     INSTALLED.load(Ordering::Relaxed).then(|| COUNT.with(Cell::get))
+}
+
+/// Allocations of this thread so far, as [`CountingAllocator`] has counted them.
+pub(super) fn counted() -> u64 {
+    COUNT.with(Cell::get)
+}
+
+/// Calls of the allocator of C by this thread so far, where `count-malloc.c` of `pliant plugin new --lang c` is preloaded.
+#[cfg(target_os = "linux")]
+pub(super) fn malloc_calls() -> Option<u64> {
+    use core::ffi::{CStr, c_char, c_void};
+    unsafe extern "C" {
+        fn dlsym(handle: *mut c_void, symbol: *const c_char) -> *mut c_void;
+    }
+    static COUNT: std::sync::OnceLock<Option<extern "C" fn() -> u64>> = std::sync::OnceLock::new();
+    const NAME: &CStr = c"pliant_malloc_calls";
+    let count = COUNT.get_or_init(|| {
+        // SAFETY: null looks a C string up in all libraries of the program; a library that defines this name defines this function.
+        unsafe {
+            let found = dlsym(core::ptr::null_mut(), NAME.as_ptr());
+            (!found.is_null()).then(|| core::mem::transmute::<*mut c_void, extern "C" fn() -> u64>(found))
+        }
+    });
+    count.map(|count| count())
+}
+
+/// As on Linux, where libraries can be preloaded; none elsewhere.
+#[cfg(not(target_os = "linux"))]
+pub(super) fn malloc_calls() -> Option<u64> {
+    None
 }

@@ -1,5 +1,8 @@
 //! A small body for tests, and what a material computes for it.
 
+mod inputs;
+
+use super::guarded_planes::GuardedPlanes;
 use super::tested_material::{Call, MaterialUnderTest};
 use super::{ElementList, corners};
 use crate::abi;
@@ -50,14 +53,14 @@ struct ElementSet {
     family: Vec<u32>,
     measure: Vec<f64>,
     material: Vec<f64>,
-    rest_data: Vec<f64>,
-    history: Vec<f64>,
+    rest_data: GuardedPlanes,
+    history: GuardedPlanes,
     /// Fibre directions, along x at first (m); empty where the request does not want them.
     directions: Vec<[f64; 3]>,
     /// Number of planes of `fields`.
     field_count: usize,
-    /// Factors of the parameters that are fields (field_count x m), and a plane of NaN behind them that no material may read.
-    fields: Vec<f64>,
+    /// Factors of the parameters that are fields (field_count x m), between planes of NaN.
+    fields: GuardedPlanes,
 }
 
 impl ElementSet {
@@ -130,11 +133,11 @@ impl Body {
                 family: if list.family.is_empty() { vec![abi::STRUCTURAL; count] } else { list.family },
                 measure: if list.measure.is_empty() { vec![1.0; count] } else { list.measure },
                 material: list.material,
-                rest_data: vec![0.0; count * request.rest_stride as usize],
-                history: vec![0.0; count * request.history_stride as usize],
+                rest_data: GuardedPlanes::new(request.rest_stride as usize, count),
+                history: GuardedPlanes::new(request.history_stride as usize, count),
                 directions: vec![[1.0, 0.0, 0.0]; if request.flags & abi::WANTS_DIRECTIONS != 0 { count } else { 0 }],
                 field_count: 0,
-                fields: Vec::new(),
+                fields: GuardedPlanes::default(),
             });
         }
         body.write_rest_data(material)?;
@@ -142,13 +145,13 @@ impl Body {
     }
 
     /// Has the material write all rest data.
-    fn write_rest_data<S: MaterialUnderTest + ?Sized>(&mut self, material: &S) -> Result<(), Fault> {
+    pub(super) fn write_rest_data<S: MaterialUnderTest + ?Sized>(&mut self, material: &S) -> Result<(), Fault> {
         for s in (0..self.sets.len()).filter(|s| self.sets[*s].request.rest_stride > 0).collect::<Vec<_>>() {
             let mut data = std::mem::take(&mut self.sets[s].rest_data);
             let (set, call) = (&self.sets[s], self.call(s, 0..self.sets[s].count()));
             let written = match set.request.flags & abi::WANTS_DIRECTIONS {
-                0 => material.call_rest(&call, &mut data),
-                _ => material.call_directed_rest(&call, &set.directions, &mut data),
+                0 => material.call_rest(&call, data.planes_mut()),
+                _ => material.call_directed_rest(&call, &set.directions, data.planes_mut()),
             };
             self.sets[s].rest_data = data;
             written?;
@@ -170,11 +173,10 @@ impl Body {
         for set in &mut self.sets {
             let middles = set.middles(&self.rest);
             set.field_count = count;
-            set.fields = (0..count)
-                .flat_map(|field| middles.iter().map(move |m| (field, *m)))
-                .map(|(f, m)| factor(f, m))
-                .collect();
-            set.fields.resize((count + 1) * middles.len(), f64::NAN);
+            set.fields = GuardedPlanes::new(count, middles.len());
+            set.fields.set_guards(f64::NAN);
+            let elements = (0..count).flat_map(|field| middles.iter().map(move |m| (field, *m)));
+            set.fields.planes_mut().iter_mut().zip(elements).for_each(|(out, (f, m))| *out = factor(f, m));
         }
         self.write_rest_data(material)
     }
@@ -232,14 +234,14 @@ impl Body {
             rest: self.rest.as_ptr().cast(),
             x: self.x.as_ptr().cast(),
             v: self.v.as_ptr().cast(),
-            rest_data: or_null(&set.rest_data),
-            history: or_null(&set.history),
+            rest_data: set.rest_data.as_ptr(),
+            history: set.history.as_ptr(),
             time: 0.0,
             dt: 1e-3,
             rest_stride: set.request.rest_stride as usize,
             history_stride: set.request.history_stride as usize,
             field_count: set.field_count,
-            fields: or_null(&set.fields),
+            fields: set.fields.as_ptr(),
         };
         let strides = Strides { rest: set.request.rest_stride as usize, history: set.request.history_stride as usize };
         Call { batch, strides, borrowed: PhantomData }
@@ -402,8 +404,20 @@ impl Body {
         material: &S,
         max_elements: usize,
     ) -> Result<Vec<Vec<f64>>, Fault> {
-        let mut next: Vec<Vec<f64>> = self.sets.iter().map(|s| s.history.clone()).collect();
-        self.for_each_call(abi::HAS_HISTORY, max_elements, |s, call| material.call_advance(call, &mut next[s]))?;
+        let next = self.next_guarded_histories(material, max_elements)?;
+        Ok(next.iter().map(|planes| planes.planes().to_vec()).collect())
+    }
+
+    /// [`Body::next_histories`] with their guard planes.
+    pub(super) fn next_guarded_histories<S: MaterialUnderTest + ?Sized>(
+        &self,
+        material: &S,
+        max_elements: usize,
+    ) -> Result<Vec<GuardedPlanes>, Fault> {
+        let mut next: Vec<GuardedPlanes> = self.sets.iter().map(|s| s.history.clone()).collect();
+        self.for_each_call(abi::HAS_HISTORY, max_elements, |s, call| {
+            material.call_advance(call, next[s].planes_mut())
+        })?;
         Ok(next)
     }
 
@@ -412,7 +426,7 @@ impl Body {
     /// # Errors
     /// The material's fault.
     pub fn advance<S: MaterialUnderTest + ?Sized>(&mut self, material: &S) -> Result<(), Fault> {
-        let next = self.next_histories(material, usize::MAX)?;
+        let next = self.next_guarded_histories(material, usize::MAX)?;
         self.sets.iter_mut().zip(next).for_each(|(set, next)| set.history = next);
         Ok(())
     }
@@ -431,7 +445,7 @@ impl Body {
 
     /// History of the elements of each request (stride x m, plane-major).
     pub fn histories(&self) -> impl Iterator<Item = &[f64]> {
-        self.sets.iter().map(|set| set.history.as_slice())
+        self.sets.iter().map(|set| set.history.planes())
     }
 
     /// Coupled hinges: plane 0 the strain, m, planes 1 to 12 its gradient by corner and axis. Values not written are NaN.

@@ -1,6 +1,7 @@
 //! A plugin to run the conformance suite on: its descriptor, and a way to make instances.
 #![allow(unsafe_code, reason = "plays the host")]
 
+use super::allocations::{allocations, counted, malloc_calls};
 use super::instance::TestInstance;
 use crate::abi;
 use crate::fault::Fault;
@@ -27,6 +28,8 @@ type Create = Box<dyn Fn(*const abi::Host, &CStr) -> *const abi::Plugin>;
 pub struct Candidate {
     descriptor: Descriptor,
     create: Create,
+    /// Whether it is linked into the program and allocates with the program's allocator.
+    is_linked: bool,
 }
 
 impl Candidate {
@@ -34,7 +37,7 @@ impl Candidate {
     pub fn of<R: Role>() -> Self {
         let make =
             |host: *const abi::Host, id: &CStr| if id == R::INFO.id { create::<R>(host) } else { core::ptr::null() };
-        Self { descriptor: Box::new(DescriptorOf::<R>::GET), create: Box::new(make) }
+        Self { descriptor: Box::new(DescriptorOf::<R>::GET), create: Box::new(make), is_linked: true }
     }
 
     /// Plugin number `index` of an opened library.
@@ -48,6 +51,7 @@ impl Candidate {
             descriptor: Box::new(move || unsafe { descriptor(index) }),
             // SAFETY: [main]; the suite runs on one thread.
             create: Box::new(move |host, id| unsafe { create(host, id.as_ptr()) }),
+            is_linked: false,
         }
     }
 
@@ -55,6 +59,15 @@ impl Candidate {
     pub fn descriptor(&self) -> &'static abi::Descriptor {
         // SAFETY: a descriptor lives as long as its library, which is never unloaded.
         unsafe { &*(self.descriptor)() }
+    }
+
+    /// The function that returns the number of allocations of this thread so far, those of the plugin included; `None` where nothing
+    /// counts them.
+    pub(super) fn allocation_count(&self) -> Option<fn() -> u64> {
+        if malloc_calls().is_some() {
+            return Some(|| malloc_calls().unwrap_or(0));
+        }
+        (self.is_linked && allocations().is_some()).then_some(counted)
     }
 
     /// Id of the plugin.

@@ -75,6 +75,18 @@ pub mod fault {
     pub const ALLOCATES: u8 = 33;
     /// Takes 1.2 s for a call of `forces`, from a time on.
     pub const SLOW_AFTER: u8 = 34;
+    /// Ignores the measure of its springs.
+    pub const MEASURE_IGNORED: u8 = 73;
+    /// Has springs that are stiffer the more they lie along x at rest.
+    pub const KEEPS_REST_AXES: u8 = 74;
+    /// Gains energy from springs that are stretched faster than 5 m/s.
+    pub const DAMPING_GAINS_WHEN_FAST: u8 = 75;
+    /// Damps turning springs too.
+    pub const DAMPS_TURNING: u8 = 76;
+    /// As [`FLOWS`], and panics in `advance` where a spring has fifty times its length.
+    pub const PANICS_IN_ADVANCE: u8 = 77;
+    /// Measures the strain of a hinge from a flat sheet.
+    pub const HINGE_FLAT_AT_REST: u8 = 78;
     /// Returns 1.01 times the gradient of a hinge's strain.
     pub const HINGE_GRADIENT_OFF: u8 = 35;
     /// Measures the strain of a hinge along its rest direction.
@@ -239,9 +251,15 @@ export_plugins!(
     AsMaterial<SpringMaterial<ENERGY_OFF_WITH_PARAMETER>>,
     AsMaterial<SpringMaterial<TANGENT_NOT_LINEAR>>,
     AsMaterial<SpringMaterial<STATIC_SCRATCH>>,
+    AsMaterial<SpringMaterial<MEASURE_IGNORED>>,
+    AsMaterial<SpringMaterial<KEEPS_REST_AXES>>,
+    AsMaterial<SpringMaterial<DAMPING_GAINS_WHEN_FAST>>,
+    AsMaterial<SpringMaterial<DAMPS_TURNING>>,
+    AsMaterial<SpringMaterial<PANICS_IN_ADVANCE>>,
     AsMaterial<SpringSheet<NONE>>,
     AsMaterial<SpringSheet<HINGE_GRADIENT_OFF>>,
     AsMaterial<SpringSheet<HINGE_NOT_OBJECTIVE>>,
+    AsMaterial<SpringSheet<HINGE_FLAT_AT_REST>>,
     AsMaterial<SpringSheet<COMPLIANCE_INDEFINITE>>,
     AsMaterial<SpringSheet<NORMALS_FORCE_OFF>>,
     AsMaterial<SpringSheet<NORMALS_DERIVATIVE_OFF>>,

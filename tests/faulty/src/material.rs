@@ -25,7 +25,8 @@ const YIELD: f64 = 0.02;
 
 /// Whether springs with a fault flow beyond a strain.
 const fn flows(fault: u8) -> bool {
-    matches!(fault, fault::FLOWS | fault::FLOW_GAINS | fault::FLOW_NOT_OBJECTIVE) || fails(fault)
+    matches!(fault, fault::FLOWS | fault::FLOW_GAINS | fault::FLOW_NOT_OBJECTIVE | fault::PANICS_IN_ADVANCE)
+        || fails(fault)
 }
 
 /// Part of its rest length by which a spring flows until it has failed.
@@ -102,11 +103,12 @@ impl<const F: u8> SpringMaterial<F> {
     }
 
     /// A spring from the origin to the midpoint of a link, for [`fault::DEPENDS_ON_POSITION`].
-    fn anchor(elements: &Elements<'_>, ends: [u32; 2]) -> Spring {
+    fn anchor(elements: &Elements<'_>, e: usize, ends: [u32; 2]) -> Spring {
         let middle = |p: [[f64; 3]; 2]| span([[0.0; 3], [0, 1, 2].map(|i| 0.5 * (p[0][i] + p[1][i]))]);
         let (along, length) = middle(ends.map(|n| elements.x()[n as usize]));
         let (_, l0) = middle(ends.map(|n| elements.rest()[n as usize]));
-        Spring { along, across: (1.0 - l0 / length).max(0.0), stretch: length - l0, stiffness: STIFFNESS }
+        let stiffness = STIFFNESS * elements.measure()[e];
+        Spring { along, across: (1.0 - l0 / length).max(0.0), stretch: length - l0, stiffness }
     }
 }
 
@@ -169,6 +171,11 @@ impl<const F: u8> Material for SpringMaterial<F> {
             fault::ENERGY_OFF_WITH_PARAMETER => c"energy-off-with-parameter",
             fault::TANGENT_NOT_LINEAR => c"tangent-not-linear",
             fault::STATIC_SCRATCH => c"static-scratch",
+            fault::MEASURE_IGNORED => c"measure-ignored",
+            fault::KEEPS_REST_AXES => c"keeps-rest-axes",
+            fault::DAMPING_GAINS_WHEN_FAST => c"damping-gains-when-fast",
+            fault::DAMPS_TURNING => c"damps-turning",
+            fault::PANICS_IN_ADVANCE => c"panics-in-advance",
             _ => c"sound-springs",
         },
         if has_field(F) { const { &[AFTER, SPRING] as &[Param] } } else { const { &[AFTER] as &[Param] } },
@@ -203,12 +210,18 @@ impl<const F: u8> Material for SpringMaterial<F> {
         let [length, factor] = out.first_planes();
         let shorter = if F == fault::PULLS_AT_REST { 0.99 } else { 1.0 };
         for (e, ends) in elements.corners::<2>().iter().enumerate() {
-            length[e] = shorter * span(ends.map(|node| elements.rest()[node as usize])).1;
+            let (along, l0) = span(ends.map(|node| elements.rest()[node as usize]));
+            length[e] = shorter * l0;
             factor[e] = if F == fault::DEPENDS_ON_ORDER && e % 2 == 1 { 2.0 } else { 1.0 };
             if has_field(F) && F != fault::FIELD_IGNORED {
                 let of = if F == fault::FIELD_OF_NEIGHBOUR { (e + 1).min(elements.len() - 1) } else { e };
                 factor[e] = elements.field("spring").factor(of);
             }
+            factor[e] *= match F {
+                fault::MEASURE_IGNORED => 1.0,
+                fault::KEEPS_REST_AXES => (1.0 + along[0] * along[0]) * elements.measure()[e],
+                _ => elements.measure()[e],
+            };
         }
         Ok(())
     }
@@ -230,7 +243,7 @@ impl<const F: u8> Material for SpringMaterial<F> {
         };
         let factor = if is_off { 1.01 } else { 1.0 };
         let energy = |(e, ends): (usize, &[u32; 2])| {
-            let anchor = if F == fault::DEPENDS_ON_POSITION { Self::anchor(elements, *ends).energy() } else { 0.0 };
+            let anchor = if F == fault::DEPENDS_ON_POSITION { Self::anchor(elements, e, *ends).energy() } else { 0.0 };
             self.spring(elements, e, *ends).energy() + anchor
         };
         Ok(factor * elements.corners::<2>().iter().enumerate().map(energy).sum::<f64>())
@@ -277,15 +290,22 @@ impl<const F: u8> Material for SpringMaterial<F> {
             let swollen = spring.stretch - swell * elements.rest_data(0)[e];
             let is_weak = F == fault::WEAK_WHEN_STRETCHED && spring.stretch > 0.6 * elements.rest_data(0)[e];
             let strength = if is_weak { 0.9 } else { 1.0 };
+            let is_fast = F == fault::DAMPING_GAINS_WHEN_FAST && speed.abs() > 5.0;
+            let damping = if is_fast { -damping } else { damping } * elements.measure()[e];
             let mut pull = factor * (strength * spring.stiffness * swollen + damping * speed);
             let mut along = spring.along;
+            if F == fault::DAMPS_TURNING {
+                let across = [0, 1, 2].map(|i| damping * (vb[i] - va[i] - speed * along[i]));
+                out.add(a, across);
+                out.add(b, across.map(|f| -f));
+            }
             if F == fault::HIDES_NAN && !along.iter().all(|c| c.is_finite()) {
                 (pull, along) = (0.0, [0.0; 3]);
             }
             out.add(a, along.map(|d| pull * d));
             out.add(b, along.map(|d| -pull * d));
             if F == fault::DEPENDS_ON_POSITION {
-                let anchor = Self::anchor(elements, [a, b]);
+                let anchor = Self::anchor(elements, e, [a, b]);
                 let half = anchor.along.map(|d| -0.5 * anchor.stiffness * anchor.stretch * d);
                 [a, b].into_iter().for_each(|node| out.add(node, half));
             }
@@ -300,9 +320,16 @@ impl<const F: u8> Material for SpringMaterial<F> {
         let damping = if F == fault::DAMPING_GAINS { -DAMPING } else { DAMPING };
         for (e, &ends) in elements.corners::<2>().iter().enumerate() {
             let spring = self.spring(elements, e, ends);
-            out.add_link(e, &spring.block(factor * scale.stiffness, scale.damping * damping));
+            let damping = scale.damping * damping * elements.measure()[e];
+            let mut block = spring.block(factor * scale.stiffness, damping);
+            if F == fault::DAMPS_TURNING {
+                let n = spring.along;
+                let across = |i: usize, j: usize| if i == j { 1.0 - n[i] * n[i] } else { -n[i] * n[j] };
+                (0..9).for_each(|k| block[k / 3][k % 3] += damping * across(k / 3, k % 3));
+            }
+            out.add_link(e, &block);
             if F == fault::DEPENDS_ON_POSITION {
-                let quarter = Self::anchor(elements, ends).block(0.25 * scale.stiffness, 0.0);
+                let quarter = Self::anchor(elements, e, ends).block(0.25 * scale.stiffness, 0.0);
                 (0..3).for_each(|pair| out.add(e, pair, &quarter));
             }
         }
@@ -313,6 +340,8 @@ impl<const F: u8> Material for SpringMaterial<F> {
         let [elongation] = history.first_planes();
         for (e, &ends) in elements.corners::<2>().iter().enumerate() {
             let spring = self.spring(elements, e, ends);
+            let length = elements.rest_data(0)[e];
+            assert!(F != fault::PANICS_IN_ADVANCE || spring.stretch < 50.0 * length, "panicked on purpose, in advance");
             let excess = (spring.stretch.abs() - YIELD * elements.rest_data(0)[e]).max(0.0);
             let share = match F {
                 fault::FLOW_GAINS => -1.0,
@@ -340,7 +369,9 @@ impl<const F: u8> Material for SpringMaterial<F> {
         out: &mut SingleBlocks<'_>,
     ) -> Result<(), Fault> {
         for (e, &ends) in elements.corners::<2>().iter().enumerate() {
-            let block = self.spring(elements, e, ends).block(1.01 * scale.stiffness, scale.damping * DAMPING);
+            let block = self
+                .spring(elements, e, ends)
+                .block(1.01 * scale.stiffness, scale.damping * DAMPING * elements.measure()[e]);
             out.add(e, 1, &block.map(|row| row.map(|k| -k as f32)));
         }
         Ok(())

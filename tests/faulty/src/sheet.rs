@@ -25,11 +25,25 @@ fn springs(elements: &Elements<'_>, nodes: [u32; 3]) -> [Spring; 3] {
     })
 }
 
+/// Distance between the opposite vertices of a hinge with these corners (m), laid flat, m.
+fn flat_distance([a, b, o, p]: [[f64; 3]; 4]) -> f64 {
+    let (edge, _) = span([a, b]);
+    // Coordinates of a vertex along the edge and across it.
+    let laid = |vertex| {
+        let (direction, length) = span([a, vertex]);
+        let along: f64 = (0..3).map(|i| length * direction[i] * edge[i]).sum();
+        [along, (length * length - along * along).sqrt()]
+    };
+    let ([o, above], [p, below]) = (laid(o), laid(p));
+    (o - p).hypot(above + below)
+}
+
 impl<const F: u8> Material for SpringSheet<F> {
     const INFO: Info = info(
         match F {
             fault::HINGE_GRADIENT_OFF => c"hinge-gradient-off",
             fault::HINGE_NOT_OBJECTIVE => c"hinge-not-objective",
+            fault::HINGE_FLAT_AT_REST => c"hinge-flat-at-rest",
             fault::COMPLIANCE_INDEFINITE => c"compliance-indefinite",
             fault::NORMALS_FORCE_OFF => c"normals-force-off",
             fault::NORMALS_DERIVATIVE_OFF => c"normals-derivative-off",
@@ -95,10 +109,13 @@ impl<const F: u8> Material for SpringSheet<F> {
 
     fn strain(&self, elements: &Elements<'_>, out: &mut Planes<'_>) -> Result<(), Fault> {
         let out = out.first_planes::<13>();
-        for (e, &[_, _, o, p]) in elements.corners::<4>().iter().enumerate() {
+        for (e, &[a, b, o, p]) in elements.corners::<4>().iter().enumerate() {
             let ends = [o, p].map(|node| node as usize);
             let (mut along, length) = span(ends.map(|n| elements.x()[n]));
-            let (rest, l0) = span(ends.map(|n| elements.rest()[n]));
+            let (rest, mut l0) = span(ends.map(|n| elements.rest()[n]));
+            if F == fault::HINGE_FLAT_AT_REST {
+                l0 = flat_distance([a, b, o, p].map(|node| elements.rest()[node as usize]));
+            }
             out[0][e] = length - l0;
             if F == fault::HINGE_NOT_OBJECTIVE {
                 along = rest;

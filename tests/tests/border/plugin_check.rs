@@ -37,6 +37,46 @@ fn create_with(change: &str) -> String {
     )
 }
 
+/// A `forces` that reads the plane behind the rest data.
+const READS_PAST: &str = "
+    static pliant_status wide(const pliant_plugin *p, const pliant_batch *b, double *force) {
+      size_t e;
+      for (e = b->begin; e < b->end; e++) force[3 * (size_t)b->elements[2 * e]] += b->rest_data[2 * b->count + e];
+      return forces(p, b, force);
+    }
+    ";
+
+/// An `energy` that writes to a measure, a change within rounding.
+const WRITES_MEASURE: &str = "
+    static pliant_status writing(const pliant_plugin *p, const pliant_batch *b, double *out) {
+      double *measure = (double *)b->measure;
+      measure[b->begin] *= 1.0 + 1e-15;
+      return energy(p, b, out);
+    }
+    ";
+
+/// A `forces` that allocates and frees.
+const ALLOCATES: &str = "
+    static void *volatile kept;
+    static pliant_status allocating(const pliant_plugin *p, const pliant_batch *b, double *force) {
+      kept = malloc(64);
+      free(kept);
+      return forces(p, b, force);
+    }
+    ";
+
+/// `functions`, and the entry of a material with `last` for its functions `forces` and `tangent`.
+fn with_material(functions: &str, last: &str) -> String {
+    format!(
+        "{functions}
+         static const pliant_material own = {{sizeof(pliant_material), elements, rest, mass, energy, {last}, NULL, NULL}};
+         static const void *other(const pliant_plugin *p, const char *id) {{
+           (void)p; return strcmp(id, PLIANT_MATERIAL) == 0 ? &own : NULL; }}
+         {}",
+        create_with("it->plugin.extension = other;")
+    )
+}
+
 /// Names of the failed cases.
 fn failed(ran: &Ran) -> Vec<String> {
     let document = ran.json();
@@ -98,6 +138,12 @@ fn each_violation_of_the_interface_fails_its_case_and_no_other() {
         ("any_id", any_id, "unknown-id-is-refused"),
         ("any_extension", with(any_extension, "it->plugin.extension = any;"), "unknown-extension-is-not-offered"),
         ("takes_all", with(takes_all, "it->plugin.set_number = takes;"), "out-of-range-is-refused"),
+        ("reads_past", with_material(READS_PAST, "wide, tangent"), "planes-are-kept-to"),
+        (
+            "writes_measure",
+            with_material(WRITES_MEASURE, "forces, tangent").replace(" energy,", " writing,"),
+            "planes-are-kept-to",
+        ),
         ("runs_dry", with("static int opened;\n", "if (++opened > 30) return NULL;"), "opens-many-times"),
     ];
     for (stem, fault, case) in table {
@@ -115,6 +161,26 @@ fn each_violation_of_the_interface_fails_its_case_and_no_other() {
     let ran = bench.pliant(&["plugin", "check", &library, "--case", "opens-with-defaults", "--json"]).expect(1);
     assert_eq!(failed(&ran), ["opens-with-defaults"]);
     assert!(ran.out.contains("not today"), "the plugin's own reason: {}", ran.out);
+}
+
+#[test]
+#[cfg_attr(not(all(target_os = "linux", target_env = "gnu")), ignore = "counts calls of glibc")]
+fn allocations_of_a_c_plugin_are_found_where_they_are_counted() {
+    let bench = Bench::new();
+    let allocates = compile_with_fault(&bench, "allocates", &with_material(ALLOCATES, "allocating, tangent"));
+    let count = std::fs::read_to_string(bench.path("sound/tests/count-malloc.c")).expect("a file of the project");
+    let count = bench.compile("lib", "count_malloc", &count).display().to_string();
+    let sound = compile_with_fault(&bench, "allocates_not", &create_with(""));
+    let case = ["--case", "no-allocation-in-a-step"];
+    let check = |library: &str, preload: &str| {
+        let args = [&["plugin", "check", library, "--json"], &case[..]].concat();
+        bench.pliant_with(&args, &[("LD_PRELOAD", preload)])
+    };
+    let ran = check(&allocates, &count).expect(1);
+    assert!(ran.out.contains("`forces` allocated 1 times"), "{}", ran.out);
+    assert_eq!(check(&sound, &count).expect(0).json()["ok"], 1);
+    let uncounted = check(&allocates, "").expect(0).json();
+    assert_eq!(uncounted["skipped"], 1, "{uncounted}");
 }
 
 /// Compiles a material whose `forces` runs the C statements `how`, which crash or never end.

@@ -35,6 +35,52 @@ fn c_and_cpp_projects_build_conform_and_run() {
     }
 }
 
+/// Parameters a user adds to the C material: a choice and a table, and what the scene must have set of them.
+const MORE_PARAMS: [(&str, &str); 3] = [
+    ("DAMPING_TIME, PARAMS", "DAMPING_TIME, MODEL, CURVE, PARAMS"),
+    (
+        "@NULL@, 0},\n};",
+        r#"@NULL@, 0},
+    {PLIANT_PARAM_CHOICE, "model", "1", "law of the springs", 0.0, 0.0, 0.0, "linear|tabled", 0},
+    {PLIANT_PARAM_TABLE, "curve", "1", "points of the law", 0.0, 0.0, 0.0, "strain|stress", 0},
+};"#,
+    ),
+    (
+        "  (void)material;\n  return PLIANT_OK;",
+        r#"  const table_rows *curve = &material->tables[CURVE];
+  if (material->values[MODEL] == 0.0) return PLIANT_OK;
+  if (curve->rows != 2 || curve->columns != 2 || curve->values[3] != 7.0)
+    return fail(&material->plugin, PLIANT_BAD_ARGUMENT, "the curve has not come");
+  return PLIANT_OK;"#,
+    ),
+];
+
+#[test]
+#[cfg_attr(not(unix), ignore = "needs make and a C compiler with the options of GNU and Clang")]
+fn a_choice_and_a_table_can_be_added_to_a_c_project() {
+    let bench = Bench::new();
+    for (lang, null) in [("c", "NULL"), ("cpp", "nullptr")] {
+        let name = format!("more-params-{lang}");
+        bench.pliant(&["plugin", "new", &name, "--kind", "material", "--lang", lang]).expect(0);
+        let source = bench.path(&format!("{name}/src/more_params_{lang}.{lang}"));
+        let mut text = std::fs::read_to_string(&source).expect("the source");
+        for (from, to) in MORE_PARAMS.map(|(from, to)| (from.replace("@NULL@", null), to.replace("@NULL@", null))) {
+            assert_eq!(text.matches(&from).count(), 1, "{from}");
+            text = text.replace(&from, &to);
+        }
+        std::fs::write(&source, text).expect("written");
+        run_in(&bench.path(&name), Command::new("make").arg("test"));
+        let with = |curve: &str| {
+            let (scene, out) = (format!("{name}/scene.toml"), format!("{name}/out/scene"));
+            let params = format!("body.0.material.params={{ model = \"tabled\", curve = {curve} }}");
+            bench.pliant(&["run", &scene, "--plugin-path", &name, "--set", &params, "--out", &out])
+        };
+        with("[[0.0, 0.0], [1.0, 7.0]]").expect(0);
+        assert_pressed(&bench, &name);
+        with("[[0.0, 0.0], [1.0, 6.0]]").says(&["the curve has not come"]);
+    }
+}
+
 #[test]
 fn rust_projects_build_conform_and_run() {
     let bench = Bench::new();

@@ -164,3 +164,49 @@ fn a_scene_of_ones_own_converges_to_its_own_refined_solution() {
     assert!(solver.first() > solver.last() && solver.last() < Some(&1e-4), "{solver:?}");
     assert!(bench.names("own").iter().any(|n| n.ends_with("work.svg")));
 }
+
+/// A finger that moves 16 mm within 30 ms, 10 mm of them into a block.
+const PRESSED: &str = r#"format = 1
+[time]
+duration = 0.32
+dt = 0.01
+integrator = "backward-euler"
+[[body]]
+shape = { kind = "box", cells = 4, size = [0.04, 0.04, 0.04] }
+material = { plugin = "mass-spring" }
+grid = { level = 3, region = "whole" }
+[[body.fixed]]
+box = [[-1, -1, -1], [1, 1, -0.0199]]
+[[device]]
+name = "hand"
+plugin = "scripted"
+params = { path = [[0.0, 0.0, 0.0, 0.03], [0.03, 0.0, 0.0, 0.014]] }
+[[tool]]
+name = "finger"
+device = "hand"
+radius = "6 mm"
+[[edit]]
+kind = "touch"
+tool = "finger"
+"#;
+
+#[test]
+fn forces_that_are_far_off_with_the_step_of_the_scene_fail_its_report() {
+    let bench = Bench::new();
+    bench.write("pressed.toml", PRESSED);
+    let report = |dt: &str| {
+        let args = ["report", "accuracy", "--scene", "pressed.toml", "--quick", "-q", "--json", "--strict", "--fresh"];
+        bench.pliant(&[&args[..], &["--set", dt, "--out", "out"]].concat())
+    };
+    let judged = |report: &Value| -> Vec<(f64, bool)> {
+        let rows = report["rows"].as_array().expect("rows").iter();
+        let of_step = rows.filter(|r| r["at"].get("time.dt").is_some() && r["passed"].is_boolean());
+        of_step.map(|r| (r["dt"].as_f64().expect("s"), r["passed"] == true)).collect()
+    };
+    assert_eq!(judged(&report("time.dt=0.01").expect(0).json()), [(0.01, true)]);
+    // One step takes the finger over most of its way.
+    let ran = report("time.dt=0.02").expect(1).json();
+    assert_eq!(judged(&ran), [(0.02, false)]);
+    let said = ran["verdict"]["missed"][0].as_str().expect("a sentence");
+    assert!(said.contains("force on the hands") && said.contains("own time.dt of 0.02"), "{said}");
+}

@@ -86,7 +86,8 @@ impl CaseRows<'_> {
             let (wall, cpu) = (format_short(r.wall_seconds), format_short(r.cpu_seconds));
             let front = if r.on_front { "yes" } else { "" };
             let (method, value) = (format!("{}: {path}", r.method), format_short(value));
-            table.push(vec![method, value, error, order, wall, cpu, r.iterations.to_string(), front.into()], false);
+            table
+                .push(vec![method, value, error, order, wall, cpu, r.iterations.to_string(), front.into()], r.failed());
         }
         table
     }

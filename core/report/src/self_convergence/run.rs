@@ -29,6 +29,9 @@ pub struct SceneInput<'a> {
 /// Quantities by which two runs are compared, in the order of the rows of a run.
 const COMPARED: [&str; 2] = ["force on the hands", "surface at the end"];
 
+/// Largest difference of the forces from a refined run that passes, relative: people tell forces apart that differ by 7 to 10 % (Jones 1989).
+const FORCE_TOLERANCE: f64 = 0.1;
+
 /// Forces and surfaces of a run.
 struct Trajectory {
     /// Forces on all tools at common times, N (times x tools).
@@ -102,6 +105,7 @@ pub fn self_convergence(
                         row.error = error.is_finite().then_some(error);
                         row.set_cost(&result);
                         row.note = result.frozen.clone().unwrap_or_default();
+                        judge_forces(series, *value, &mut row);
                         of_series.push(row);
                     }
                 }
@@ -185,6 +189,23 @@ fn errors(a: &Trajectory, reference: &Trajectory) -> [f64; 2] {
     }
     let distances = a.surface.iter().zip(&reference.surface).map(|(a, b)| (*a - *b).norm());
     [(off / whole).sqrt(), distances.fold(0.0, f64::max) / reference.largest_displacement]
+}
+
+/// Judges the forces of the run with the scene's own settings; other runs and the surface have no criterion.
+fn judge_forces(series: &RefinementSeries, value: f64, row: &mut Row) {
+    let is_of_forces = row.case.ends_with(COMPARED[0]);
+    let Some(error) = row.error.filter(|_| is_of_forces && series.own == Some(value)) else { return };
+    row.tolerance = Some(FORCE_TOLERANCE);
+    row.passed = Some(error <= FORCE_TOLERANCE);
+    if error > FORCE_TOLERANCE {
+        let said = format!(
+            "with the scene's own {} of {} its forces are {:.0} % off those of a refined run",
+            series.path,
+            format_short(value),
+            100.0 * error
+        );
+        row.note = if row.note.is_empty() { said } else { format!("{}; {said}", row.note) };
+    }
 }
 
 /// Fills in the order between a run and the next coarser one; rows of both comparisons alternate.

@@ -28,6 +28,8 @@ pub(super) struct RefinementSeries {
     pub(super) path: &'static str,
     /// Values from coarse to fine. The last is the reference.
     pub(super) values: Vec<f64>,
+    /// The value that the scene itself has; `None` in a series of another integrator.
+    pub(super) own: Option<f64>,
 }
 
 /// The series of a scene: the step of each integrator, the tolerance of the solver if there is one, and the level of the first body's
@@ -36,12 +38,14 @@ pub(super) fn refinement_series(scene: &Scene, session: &Session, quick: bool) -
     let mut all = step_series(scene, session, quick);
     let own = session.choices.integrator;
     if Scheme::from_name(own).is_none_or(Scheme::is_implicit) {
+        let tolerance = *scene.solver.tolerance.get_ref();
         all.push(RefinementSeries {
             name: format!("{own}, solver"),
             axis: "relative residual of the solver (1)",
             settings: vec![],
             path: TOLERANCE,
-            values: TOLERANCES.to_vec(),
+            values: tolerances_with(tolerance),
+            own: Some(tolerance),
         });
     }
     let lattice = session.bodies.first().and_then(|body| body.discretization.lattice());
@@ -53,7 +57,18 @@ pub(super) fn refinement_series(scene: &Scene, session: &Session, quick: bool) -
         let coarser = if quick { &[1.0][..] } else { &[2.0, 1.0] };
         let values = coarser.iter().map(|below| level - below).chain([level, level + 1.0]).collect();
         let (name, axis) = (format!("{own}, grid"), "level of the grid (1)");
-        all.push(RefinementSeries { name, axis, settings, path: LEVEL, values });
+        all.push(RefinementSeries { name, axis, settings, path: LEVEL, values, own: Some(level) });
+    }
+    all
+}
+
+/// [`TOLERANCES`], with the scene's own among them if it is coarser than the reference.
+fn tolerances_with(own: f64) -> Vec<f64> {
+    let [.., finest] = TOLERANCES;
+    let mut all = TOLERANCES.to_vec();
+    if own > finest && !all.contains(&own) {
+        all.push(own);
+        all.sort_by(|a, b| b.total_cmp(a));
     }
     all
 }
@@ -63,21 +78,22 @@ fn step_series(scene: &Scene, session: &Session, quick: bool) -> Vec<RefinementS
     let (dt, own) = (scene.time.dt.get_ref().si, session.choices.integrator);
     let factors = if quick { &[4.0, 2.0, 1.0, 0.25][..] } else { &[8.0, 4.0, 2.0, 1.0, 0.5, 0.125] };
     let values: Vec<f64> = factors.iter().map(|f| f * dt).collect();
-    let series = |name: String, settings| RefinementSeries {
+    let series = |name: String, settings, is_own: bool| RefinementSeries {
         name,
         axis: "step (s)",
         settings,
         path: STEP,
         values: values.clone(),
+        own: is_own.then_some(dt),
     };
     if Scheme::from_name(own).is_some_and(|scheme| !scheme.has_inertia()) {
-        return vec![series(own.into(), vec![])];
+        return vec![series(own.into(), vec![], true)];
     }
     let integrators = COMMON_SCHEMES.map(Scheme::name).into_iter().filter(|name| *name == own || !quick);
     let of = |name: &str| {
         let chosen = scene.time.integrator == IntegratorChoice::Auto && name == own;
         let name_in_rows = if chosen { format!("{name}, chosen") } else { name.to_owned() };
-        series(name_in_rows, vec![("time.integrator".into(), name.into())])
+        series(name_in_rows, vec![("time.integrator".into(), name.into())], name == own)
     };
     integrators.map(of).collect()
 }

@@ -14,6 +14,8 @@ mod refinement;
 mod response;
 mod right_side;
 pub mod scheme;
+#[cfg(test)]
+mod velocity_tests;
 
 use super::algebra::Vec3;
 use super::solver::{Pcg, Preconditioner};

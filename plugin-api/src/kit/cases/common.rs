@@ -2,7 +2,7 @@
 
 use super::super::candidate::{Candidate, Kind};
 use super::super::instance::TestInstance;
-use super::{Case, Verdict, describe_fault, ensure};
+use super::{Case, CaseResult, describe_fault, ensure, skipped};
 use crate::abi;
 
 pub(super) const CASES: &[Case] = &[
@@ -40,7 +40,7 @@ fn is_kebab_case(text: &str) -> bool {
     !text.is_empty() && text.chars().all(allowed)
 }
 
-fn descriptor_is_stable(c: &Candidate) -> Result<Verdict, String> {
+fn descriptor_is_stable(c: &Candidate) -> CaseResult {
     let (first, second) = (c.descriptor(), c.descriptor());
     let same = first.kind == second.kind
         && first.flags == second.flags
@@ -48,7 +48,7 @@ fn descriptor_is_stable(c: &Candidate) -> Result<Verdict, String> {
         && first.params == second.params
         && first.param_count == second.param_count;
     ensure(same, || "two calls gave different descriptors".into())?;
-    let id = c.id().to_str().map_err(|_| "the id is not UTF-8")?;
+    let id = c.id().to_str().map_err(|_| "the id is not UTF-8".to_owned())?;
     ensure(id.split('.').all(is_kebab_case), || {
         format!("id `{id}`; allowed is kebab-case, with a reversed domain before it")
     })?;
@@ -64,24 +64,24 @@ fn descriptor_is_stable(c: &Candidate) -> Result<Verdict, String> {
             })?;
         }
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-fn unknown_id_is_refused(c: &Candidate) -> Result<Verdict, String> {
+fn unknown_id_is_refused(c: &Candidate) -> CaseResult {
     let unknown = c"org.nobody.no-such-plugin";
     ensure(TestInstance::with_id(c, unknown).is_err(), || format!("`create` made an instance of {unknown:?}"))?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-fn unknown_extension_is_not_offered(c: &Candidate) -> Result<Verdict, String> {
+fn unknown_extension_is_not_offered(c: &Candidate) -> CaseResult {
     let instance = TestInstance::new(c).map_err(describe_fault)?;
     let unknown = c"org.nobody.no-such-extension/1";
     let table = instance.extension::<usize>(unknown).map_err(describe_fault)?;
     ensure(table.is_none(), || format!("`extension` gave a table for {unknown:?}"))?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-fn out_of_range_is_refused(c: &Candidate) -> Result<Verdict, String> {
+fn out_of_range_is_refused(c: &Candidate) -> CaseResult {
     let params = c.params();
     let mut instance = TestInstance::new(c).map_err(describe_fault)?;
     let past_the_end = instance.set(params.len() as u32, 0.0);
@@ -98,7 +98,7 @@ fn out_of_range_is_refused(c: &Candidate) -> Result<Verdict, String> {
             ensure(instance.set(index as u32, value).is_err(), || format!("parameter `{key}` took {value}"))?;
         }
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
 /// Whether the plugin declares a text, path or table, which the suite cannot provide.
@@ -106,22 +106,22 @@ pub(super) fn needs_more_than_numbers(c: &Candidate) -> bool {
     c.params().iter().any(|p| [abi::PARAM_TEXT, abi::PARAM_PATH, abi::PARAM_TABLE].contains(&p.kind))
 }
 
-/// Verdict on a plugin that cannot be opened with its defaults because it needs a text, path or table.
-fn skipped_without_input(fault: crate::Fault) -> Verdict {
-    Verdict::Skipped(format!("its defaults are not enough: {}", describe_fault(fault)))
+/// Result for a plugin that cannot be opened with its defaults because it needs a text, path or table.
+fn skipped_without_input(fault: crate::Fault) -> CaseResult {
+    Err(skipped(format!("its defaults are not enough: {}", describe_fault(fault))))
 }
 
-fn opens_with_defaults(c: &Candidate) -> Result<Verdict, String> {
+fn opens_with_defaults(c: &Candidate) -> CaseResult {
     match c.open(&[]) {
-        Ok(_) => Ok(Verdict::Passed),
-        Err(fault) if needs_more_than_numbers(c) => Ok(skipped_without_input(fault)),
-        Err(fault) => Err(describe_fault(fault)),
+        Ok(_) => Ok(()),
+        Err(fault) if needs_more_than_numbers(c) => skipped_without_input(fault),
+        Err(fault) => Err(describe_fault(fault).into()),
     }
 }
 
-fn opens_many_times(c: &Candidate) -> Result<Verdict, String> {
+fn opens_many_times(c: &Candidate) -> CaseResult {
     if let (Err(fault), true) = (c.open(&[]).map(drop), needs_more_than_numbers(c)) {
-        return Ok(skipped_without_input(fault));
+        return skipped_without_input(fault);
     }
     // Hardware is slow to open and may exist once, so a device may refuse a second instance at the same time.
     let is_device = c.kind() == Some(Kind::Device);
@@ -131,5 +131,5 @@ fn opens_many_times(c: &Candidate) -> Result<Verdict, String> {
         ensure(first.is_ok(), || format!("round {round} of {rounds}: no instance"))?;
         ensure(is_device || second.is_ok(), || format!("round {round} of {rounds}: no second instance"))?;
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }

@@ -5,7 +5,7 @@ use super::super::contact_law::TestContactLaw;
 use super::super::random::Random;
 use super::common::needs_more_than_numbers;
 use super::contact_repeatability as repeatability;
-use super::{Case, Verdict, describe_fault, ensure};
+use super::{Case, CaseResult, NO_EXTREMES, describe_fault, ensure, skipped, tested};
 use crate::abi;
 use crate::contact_law::{ContactPoint, PointTraction};
 
@@ -86,14 +86,11 @@ const CYCLE_TOLERANCE: f64 = 1e-3;
 const CYCLE_STEPS: usize = 2000;
 
 /// Runs a test on a law opened with its defaults; skips it where the defaults are not enough.
-pub(super) fn with_law(
-    c: &Candidate,
-    test: impl FnOnce(TestContactLaw) -> Result<Verdict, String>,
-) -> Result<Verdict, String> {
+pub(super) fn with_law(c: &Candidate, test: impl FnOnce(TestContactLaw) -> CaseResult) -> CaseResult {
     match c.open(&[]) {
         Ok(instance) => test(TestContactLaw::new(instance).map_err(describe_fault)?),
-        Err(fault) if needs_more_than_numbers(c) => Ok(Verdict::Skipped(describe_fault(fault))),
-        Err(fault) => Err(describe_fault(fault)),
+        Err(fault) if needs_more_than_numbers(c) => Err(skipped(describe_fault(fault))),
+        Err(fault) => Err(describe_fault(fault).into()),
     }
 }
 
@@ -161,7 +158,7 @@ fn slip_column(by: &[[f64; 2]; 2], column: usize) -> Derivatives {
     [Some(0.0), Some(by[0][column]), Some(by[1][column])]
 }
 
-fn derivatives_match(c: &Candidate) -> Result<Verdict, String> {
+fn derivatives_match(c: &Candidate) -> CaseResult {
     with_law(c, |law| {
         for (point, history) in states(&law, 200)? {
             let at = |p| law.traction(p, &history).map_err(describe_fault);
@@ -198,11 +195,11 @@ fn derivatives_match(c: &Candidate) -> Result<Verdict, String> {
                 }
             }
         }
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }
 
-fn apart_there_is_no_traction(c: &Candidate) -> Result<Verdict, String> {
+fn apart_there_is_no_traction(c: &Candidate) -> CaseResult {
     with_law(c, |law| {
         for (overlapping, history) in states(&law, 50)? {
             for gap in [1e-9, 1e-6, 1e-3, 1.0].map(|more| law.reach() * (1.0 + 1e-12) + more) {
@@ -211,14 +208,14 @@ fn apart_there_is_no_traction(c: &Candidate) -> Result<Verdict, String> {
                 ensure(found == PointTraction::default(), || format!("{}: it gives {found:?}", shown(&point)))?;
             }
         }
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }
 
-fn does_not_attract(c: &Candidate) -> Result<Verdict, String> {
+fn does_not_attract(c: &Candidate) -> CaseResult {
     with_law(c, |law| {
         if law.is_adhesive() {
-            return Ok(Verdict::Skipped("it declares itself adhesive".into()));
+            return Err(skipped("it declares itself adhesive"));
         }
         for (point, history) in states(&law, 500)? {
             for factor in [1.0, 100.0, 1e4] {
@@ -227,11 +224,11 @@ fn does_not_attract(c: &Candidate) -> Result<Verdict, String> {
                 ensure(normal >= 0.0, || format!("{}: the normal traction is {normal:e} Pa", shown(&point)))?;
             }
         }
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }
 
-fn friction_opposes_slip(c: &Candidate) -> Result<Verdict, String> {
+fn friction_opposes_slip(c: &Candidate) -> CaseResult {
     with_law(c, |law| {
         for (point, history) in states(&law, 500)? {
             let t = law.traction(point, &history).map_err(describe_fault)?.tangential;
@@ -243,7 +240,7 @@ fn friction_opposes_slip(c: &Candidate) -> Result<Verdict, String> {
                 format!("{}: the tangential traction {t:?} Pa has a power of {power:e} W/m^2", shown(&point))
             })?;
         }
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }
 
@@ -265,7 +262,7 @@ fn cycle(law: &TestContactLaw, motion: impl Fn(f64) -> ContactPoint) -> Result<[
     Ok([work, size])
 }
 
-fn cycles_dissipate(c: &Candidate) -> Result<Verdict, String> {
+fn cycles_dissipate(c: &Candidate) -> CaseResult {
     const TURN: f64 = 2.0 * std::f64::consts::PI;
     with_law(c, |law| {
         for (seconds, depth) in [(0.01, 1e-4), (0.1, 1e-3), (1.0, 5e-4)] {
@@ -287,11 +284,11 @@ fn cycles_dissipate(c: &Candidate) -> Result<Verdict, String> {
                 })?;
             }
         }
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }
 
-fn tangent_axes_are_arbitrary(c: &Candidate) -> Result<Verdict, String> {
+fn tangent_axes_are_arbitrary(c: &Candidate) -> CaseResult {
     with_law(c, |law| {
         let none = vec![0.0; law.history_stride()];
         for (point, _) in states(&law, 100)? {
@@ -310,7 +307,7 @@ fn tangent_axes_are_arbitrary(c: &Candidate) -> Result<Verdict, String> {
                 )
             })?;
         }
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }
 
@@ -321,13 +318,14 @@ fn is_finite(t: &PointTraction) -> bool {
     scalars.iter().chain(&t.tangential).chain(matrices).all(|x| x.is_finite())
 }
 
-fn finite_at_extremes(c: &Candidate) -> Result<Verdict, String> {
+fn finite_at_extremes(c: &Candidate) -> CaseResult {
     let still = ContactPoint { gap: -1e-4, area: AREA, dt: DT, ..ContactPoint::default() };
     let mut states = vec![still, ContactPoint { gap: 0.0, ..still }, ContactPoint { gap: -0.1, ..still }];
     for speed in [1e-300, 1e-12, 1e-3, 100.0] {
         states.push(ContactPoint { gap_rate: speed, slip_rate: [speed, -speed], ..still });
         states.push(ContactPoint { gap_rate: -speed, slip_rate: [0.0, speed], slip: [0.0, 1.0], ..still });
     }
+    let mut tried = 0;
     for (index, p) in c.params().iter().enumerate() {
         let values = match p.kind {
             abi::PARAM_NUMBER => vec![p.min, p.max],
@@ -341,8 +339,9 @@ fn finite_at_extremes(c: &Candidate) -> Result<Verdict, String> {
                 Ok(instance) => TestContactLaw::new(instance).map_err(failed)?,
                 // A plugin may refuse a combination with the other defaults.
                 Err(fault) if fault.status == abi::Status::BAD_ARGUMENT => continue,
-                Err(fault) => return Err(failed(fault)),
+                Err(fault) => return Err(failed(fault).into()),
             };
+            tried += 1;
             for point in &states {
                 let mut history = vec![0.0; law.history_stride()];
                 for _ in 0..3 {
@@ -356,10 +355,10 @@ fn finite_at_extremes(c: &Candidate) -> Result<Verdict, String> {
             }
         }
     }
-    Ok(Verdict::Passed)
+    tested(tried, NO_EXTREMES)
 }
 
-fn nan_is_reported(c: &Candidate) -> Result<Verdict, String> {
+fn nan_is_reported(c: &Candidate) -> CaseResult {
     with_law(c, |law| {
         let none = vec![0.0; law.history_stride()];
         let (sound, _) = states(&law, 1)?.remove(0);
@@ -368,6 +367,7 @@ fn nan_is_reported(c: &Candidate) -> Result<Verdict, String> {
             let [here, there] = [sound, point].map(|p| law.traction(p, &none).map_err(describe_fault));
             Ok(numbers(&here?) != numbers(&there?))
         };
+        let mut tried = 0;
         for (what, broken, other) in [
             ("gap", ContactPoint { gap: f64::NAN, ..sound }, ContactPoint { gap: 2.0 * sound.gap, ..sound }),
             ("gap rate", ContactPoint { gap_rate: f64::NAN, ..sound }, ContactPoint { gap_rate: -0.1, ..sound }),
@@ -377,11 +377,12 @@ fn nan_is_reported(c: &Candidate) -> Result<Verdict, String> {
             if !depends(other)? {
                 continue;
             }
+            tried += 1;
             if let Ok(found) = law.traction(broken, &none) {
                 let hidden = numbers(&found).iter().all(|x| x.is_finite());
                 ensure(!hidden, || format!("a {what} of NaN gave finite tractions and no fault"))?;
             }
         }
-        Ok(Verdict::Passed)
+        tested(tried, "its tractions depend on no rate and no gap")
     })
 }

@@ -1,11 +1,10 @@
 //! Cases for repeatability of contact laws: results do not depend on ranges, earlier calls, other instances or threads, and need no allocation.
 
-use super::super::allocations;
 use super::super::candidate::Candidate;
 use super::super::contact_law::TestContactLaw;
 use super::super::random::Random;
 use super::contact_law::{history_of, random_point, with_law};
-use super::{Verdict, describe_fault, ensure};
+use super::{CaseResult, UNCOUNTED, describe_fault, ensure, skipped};
 use crate::abi;
 use crate::contact_law::ContactPoint;
 use crate::fault::Fault;
@@ -44,7 +43,7 @@ fn result_bits(law: &TestContactLaw, state: &ContactState, max_points: usize) ->
     Ok(bits)
 }
 
-pub(super) fn calls_are_bit_identical(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn calls_are_bit_identical(c: &Candidate) -> CaseResult {
     with_law(c, |law| {
         let state = state(&law, 3)?;
         let one_call = result_bits(&law, &state, usize::MAX).map_err(describe_fault)?;
@@ -52,13 +51,13 @@ pub(super) fn calls_are_bit_identical(c: &Candidate) -> Result<Verdict, String> 
             let several = result_bits(&law, &state, max_points).map_err(describe_fault)?;
             ensure(several == one_call, || format!("calls of {max_points} points give other bytes than one call"))?;
         }
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }
 
-pub(super) fn state_is_bit_identical(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn state_is_bit_identical(c: &Candidate) -> CaseResult {
     if c.descriptor().flags & abi::FLAG_DETERMINISTIC == 0 {
-        return Ok(Verdict::Skipped("it does not declare itself deterministic".into()));
+        return Err(skipped("it does not declare itself deterministic"));
     }
     with_law(c, |law| {
         let here = state(&law, 3)?;
@@ -78,13 +77,13 @@ pub(super) fn state_is_bit_identical(c: &Candidate) -> Result<Verdict, String> {
             let _ = bits(&second, &here);
             same(&format!("a second instance with `{}` = {value} was called", Candidate::key(p)))?;
         }
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }
 
 /// Two threads compute two states at the same time, over and over: each until both have done so often enough, for one that waits for a processor
 /// would meet no other.
-pub(super) fn threads_are_bit_identical(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn threads_are_bit_identical(c: &Candidate) -> CaseResult {
     const ROUNDS: usize = 100;
     const MOST_ROUNDS: usize = 100 * ROUNDS;
     with_law(c, |law| {
@@ -110,23 +109,20 @@ pub(super) fn threads_are_bit_identical(c: &Candidate) -> Result<Verdict, String
             let there = thread.join().map_err(|_| "a thread panicked".to_owned())?;
             here.and(there)
         })?;
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }
 
-pub(super) fn no_allocation(c: &Candidate) -> Result<Verdict, String> {
-    if allocations().is_none() {
-        let why = "allocations of a library cannot be counted from outside; a test with `kit::CountingAllocator` can";
-        return Ok(Verdict::Skipped(why.into()));
-    }
+pub(super) fn no_allocation(c: &Candidate) -> CaseResult {
+    let allocations = c.allocation_count().ok_or_else(|| skipped(UNCOUNTED))?;
     with_law(c, |law| {
         let state = state(&law, 3)?;
         let count = |points: usize| -> Result<u64, String> {
             let (points, histories) = (&state.points[..points], &state.histories[..points * law.history_stride()]);
-            let before = allocations().unwrap_or(0);
+            let before = allocations();
             let (traction, mut next) = (law.tractions(points, histories, usize::MAX), histories.to_vec());
             traction.and_then(|_| law.advance(points, &mut next, usize::MAX)).map_err(describe_fault)?;
-            Ok(allocations().unwrap_or(0) - before)
+            Ok(allocations() - before)
         };
         count(1)?; // the first call may initialise lazily
         // The kit itself allocates as often for one point as for many: the difference is the plugin's.
@@ -134,6 +130,6 @@ pub(super) fn no_allocation(c: &Candidate) -> Result<Verdict, String> {
         ensure(more == 0, || {
             format!("`tractions` and `advance` allocated {more} times more for {POINTS} points than for one")
         })?;
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }

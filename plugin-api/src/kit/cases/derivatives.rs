@@ -9,7 +9,7 @@ use super::super::instance::TestInstance;
 use super::super::random::Random;
 use super::material::{default_body, deform, max_component, set_moving, test_body};
 use super::matrix::{is_positive_definite, is_symmetric, max_abs, relative_difference};
-use super::{Verdict, describe_fault, ensure};
+use super::{CaseResult, describe_fault, ensure, skipped};
 use crate::abi;
 use crate::material::TangentScale;
 
@@ -21,14 +21,14 @@ const STEP: f64 = 1e-7;
 const VELOCITY_STEP: f64 = 1e-3;
 
 /// The force is minus the derivative of the energy in a moderately deformed state.
-pub(super) fn force_is_energy_gradient(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn force_is_energy_gradient(c: &Candidate) -> CaseResult {
     let (material, mut body) = default_body(c)?;
     deform(&mut body, 1.1, 0.08);
     let is_bit_identical = ensure_energy_gradient(&material, &body, 1e-5)?;
     ensure(!is_bit_identical, || {
         "force and finite difference are identical to the last bit: one is made of the other".into()
     })?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
 /// Requires that the force is minus the derivative of the energy, in six directions of the whole body and for 18 single components. `tolerance` is
@@ -102,7 +102,7 @@ fn force_differences(material: &TestInstance, body: &Body, variable: Variable) -
 }
 
 /// The stiffness is minus the derivative of the force at rest; deformed, it is symmetric and nowhere softer.
-pub(super) fn stiffness_is_force_gradient(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn stiffness_is_force_gradient(c: &Candidate) -> CaseResult {
     let (material, body) = default_body(c)?;
     // Fibres that carry tension alone have no derivative at rest.
     let mut rest = body.clone();
@@ -124,7 +124,7 @@ pub(super) fn stiffness_is_force_gradient(c: &Candidate) -> Result<Verdict, Stri
         "in a deformed state it is softer than the derivative of the force".into()
     })?;
     ensure_exact_tangent_is_force_gradient(c, |_, _| Ok(()))?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
 /// Requires that a material with a choice `exact` of a parameter `tangent` gives the derivative of the force of a deformed body, which `prepare` may
@@ -149,7 +149,7 @@ pub(super) fn ensure_exact_tangent_is_force_gradient(
 }
 
 /// The matrix of both factors is the sum of those of each.
-pub(super) fn tangent_is_linear(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn tangent_is_linear(c: &Candidate) -> CaseResult {
     let (material, mut body) = default_body(c)?;
     deform(&mut body, 1.05, 0.05);
     set_moving(&mut body);
@@ -168,11 +168,11 @@ pub(super) fn tangent_is_linear(c: &Candidate) -> Result<Verdict, String> {
             )
         })?;
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
 /// Damping is symmetric, positive semi-definite, and minus the derivative of the force by the velocity.
-pub(super) fn damping_dissipates(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn damping_dissipates(c: &Candidate) -> CaseResult {
     let (material, mut body) = default_body(c)?;
     let width = 3 * body.x.len();
     deform(&mut body, 1.05, 0.05);
@@ -181,7 +181,7 @@ pub(super) fn damping_dissipates(c: &Candidate) -> Result<Verdict, String> {
     let moving = body.forces(&material).map_err(describe_fault)?;
     if !body.has(abi::HAS_DAMPING) {
         ensure(still == moving, || "it does not declare damping, and its force depends on velocity".into())?;
-        return Ok(Verdict::Skipped("it does not declare damping with its defaults".into()));
+        return Err(skipped("it does not declare damping with its defaults"));
     }
     let damping = body.tangent(&material, DAMPING).map_err(describe_fault)?;
     let difference = force_differences(&material, &body, Variable::Velocity)?;
@@ -195,5 +195,5 @@ pub(super) fn damping_dissipates(c: &Candidate) -> Result<Verdict, String> {
     })?;
     let power: f64 = (0..width).map(|d| (moving[d / 3][d % 3] - still[d / 3][d % 3]) * body.v[d / 3][d % 3]).sum();
     ensure(power < 0.0, || format!("a moving body gains {power:.3e} W"))?;
-    Ok(Verdict::Passed)
+    Ok(())
 }

@@ -3,7 +3,7 @@
 use super::super::candidate::Candidate;
 use super::super::device::{TestDevice, output};
 use super::common::needs_more_than_numbers;
-use super::{Case, Verdict, describe_fault, ensure};
+use super::{Case, CaseResult, NotPassed, describe_fault, ensure, skipped, tested};
 use crate::abi::{DeviceInfo, POSE_VALID};
 
 pub(super) const CASES: &[Case] = &[
@@ -43,20 +43,21 @@ pub(super) const CASES: &[Case] = &[
 const MS: u64 = 1_000_000;
 
 /// Runs a test on a device opened with its defaults; skips it where the defaults are not enough.
-fn with_device(c: &Candidate, test: impl FnOnce(TestDevice) -> Result<Verdict, String>) -> Result<Verdict, String> {
+fn with_device(c: &Candidate, test: impl FnOnce(TestDevice) -> CaseResult) -> CaseResult {
     match c.open(&[]) {
         Ok(instance) => test(TestDevice::new(instance).map_err(describe_fault)?),
-        Err(fault) if needs_more_than_numbers(c) => Ok(Verdict::Skipped(describe_fault(fault))),
-        Err(fault) => Err(describe_fault(fault)),
+        Err(fault) if needs_more_than_numbers(c) => Err(skipped(describe_fault(fault))),
+        Err(fault) => Err(describe_fault(fault).into()),
     }
 }
 
-/// Verdict on a device without `pliant.rendered/1`.
-fn cannot_tell() -> Verdict {
-    Verdict::Skipped("it does not offer `pliant.rendered/1`".into())
+/// The force a device renders at `now`, N; skips a device without `pliant.rendered/1`.
+fn rendered_force(device: &TestDevice, now: u64) -> Result<f64, NotPassed> {
+    let force = device.rendered_force(now).map_err(describe_fault)?;
+    force.ok_or_else(|| skipped("it does not offer `pliant.rendered/1`"))
 }
 
-fn limits_are_valid(c: &Candidate) -> Result<Verdict, String> {
+fn limits_are_valid(c: &Candidate) -> CaseResult {
     with_device(c, |device| {
         let info = device.info;
         for (name, value) in [
@@ -79,17 +80,19 @@ fn limits_are_valid(c: &Candidate) -> Result<Verdict, String> {
                  {past_end} bytes past its end; allowed is at most the `size` that the host has set"
             )
         })?;
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }
 
-fn poses_are_valid(c: &Candidate) -> Result<Verdict, String> {
+fn poses_are_valid(c: &Candidate) -> CaseResult {
     with_device(c, |device| {
         let w = device.info.workspace;
+        let mut valid = 0;
         let is_bounded = (0..3).any(|i| w[i] < w[i + 3]);
         for tick in 0..200 {
             let poses = device.read(tick * MS).map_err(describe_fault)?;
             for pose in poses.iter().filter(|p| p.flags & POSE_VALID != 0) {
+                valid += 1;
                 let p = pose.position;
                 ensure(p.iter().all(|c| c.is_finite()), || format!("position {p:?} m at tick {tick}"))?;
                 let norm: f64 = pose.orientation.iter().map(|q| q * q).sum();
@@ -98,66 +101,61 @@ fn poses_are_valid(c: &Candidate) -> Result<Verdict, String> {
                 ensure(!is_bounded || inside, || format!("position {p:?} m outside the workspace {w:?} m"))?;
             }
         }
-        Ok(Verdict::Passed)
+        tested(valid, "none of its poses is marked as valid")
     })
 }
 
-fn force_stays_within_limits(c: &Candidate) -> Result<Verdict, String> {
+fn force_stays_within_limits(c: &Candidate) -> CaseResult {
     with_device(c, |device| {
         let peak = device.info.peak_force;
         for (tick, asked) in [0.5 * peak, 10.0 * peak, -1e9, f64::INFINITY, f64::NAN].into_iter().enumerate() {
             let now = (tick as u64 + 1) * MS;
             // The device may refuse the output; what counts is what it renders.
             let _ = device.write(now, output([asked, asked, 0.0], now + 50 * MS));
-            let Some(force) = device.rendered_force(now).map_err(describe_fault)? else { return Ok(cannot_tell()) };
+            let force = rendered_force(&device, now)?;
             ensure(force <= peak * (1.0 + 1e-9), || {
                 format!("asked for {asked} N, it renders {force} N; its peak force is {peak} N")
             })?;
         }
-        Ok(Verdict::Passed)
+        Ok(())
     })
 }
 
-/// Writes a force within the limits, valid for 50 ms, and requires that the device renders one; `false` where it cannot tell.
-fn press(device: &TestDevice, now: u64) -> Result<bool, String> {
+/// Writes a force within the limits, valid for 50 ms, and requires that the device renders one.
+fn press(device: &TestDevice, now: u64) -> CaseResult {
     let asked = 0.3 * device.info.continuous_force;
     device.write(now, output([asked, 0.0, 0.0], now + 50 * MS)).map_err(describe_fault)?;
-    let Some(force) = device.rendered_force(now).map_err(describe_fault)? else { return Ok(false) };
-    ensure(force > 0.0, || format!("asked for {asked} N, it renders nothing")).map(|()| true)
+    let force = rendered_force(device, now)?;
+    ensure(force > 0.0, || format!("asked for {asked} N, it renders nothing"))?;
+    Ok(())
 }
 
 /// Requires that the device renders no force at `now`.
-fn ensure_silent(device: &TestDevice, now: u64, when: &str) -> Result<Verdict, String> {
-    let Some(force) = device.rendered_force(now).map_err(describe_fault)? else { return Ok(cannot_tell()) };
+fn ensure_silent(device: &TestDevice, now: u64, when: &str) -> CaseResult {
+    let force = rendered_force(device, now)?;
     ensure(force == 0.0, || format!("it renders {force} N {when}"))?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-fn stop_is_immediate(c: &Candidate) -> Result<Verdict, String> {
+fn stop_is_immediate(c: &Candidate) -> CaseResult {
     with_device(c, |device| {
         device.stop().map_err(|fault| format!("`stop` before any output: {}", describe_fault(fault)))?;
-        if !press(&device, MS)? {
-            return Ok(cannot_tell());
-        }
+        press(&device, MS)?;
         device.stop().map_err(describe_fault)?;
         ensure_silent(&device, 2 * MS, "after a stop")
     })
 }
 
-fn stale_force_expires(c: &Candidate) -> Result<Verdict, String> {
+fn stale_force_expires(c: &Candidate) -> CaseResult {
     with_device(c, |device| {
-        if !press(&device, MS)? {
-            return Ok(cannot_tell());
-        }
+        press(&device, MS)?;
         ensure_silent(&device, 500 * MS, "0.45 s after its force has expired")
     })
 }
 
-fn reopened_device_is_silent(c: &Candidate) -> Result<Verdict, String> {
+fn reopened_device_is_silent(c: &Candidate) -> CaseResult {
     with_device(c, |device| {
-        if !press(&device, MS)? {
-            return Ok(cannot_tell());
-        }
+        press(&device, MS)?;
         drop(device);
         with_device(c, |device| ensure_silent(&device, 2 * MS, "that the previous instance was asked for"))
     })

@@ -7,7 +7,7 @@ use super::super::random::Random;
 use super::derivatives::{ensure_energy_gradient, ensure_exact_tangent_is_force_gradient};
 use super::invariance::rotate;
 use super::material::{default_body, deform, max_component};
-use super::{Verdict, describe_fault, ensure};
+use super::{CaseResult, NotPassed, describe_fault, ensure, skipped};
 use crate::abi;
 
 /// Largest difference that is rounding, over the largest value: products in another order.
@@ -26,9 +26,9 @@ fn unit_vector(random: &mut Random) -> [f64; 3] {
     }
 }
 
-/// A material and a stretched body with a random direction in each element, some of them without fibres; `None` if the material wants no directions
-/// with its defaults.
-fn directed_body(c: &Candidate) -> Result<Option<(TestInstance, Body)>, String> {
+/// A material and a stretched body with a random direction in each element, some of them without fibres. Skips a material that wants no
+/// directions with its defaults.
+fn directed_body(c: &Candidate) -> Result<(TestInstance, Body), NotPassed> {
     let (material, mut body) = default_body(c)?;
     let wanting = |kind: u32| kind == abi::TETRAHEDRON;
     let wrong = body
@@ -39,11 +39,11 @@ fn directed_body(c: &Candidate) -> Result<Option<(TestInstance, Body)>, String> 
         format!("the flag WANTS_DIRECTIONS is set for elements of kind {}; allowed is tetrahedra", wrong.unwrap_or(0))
     })?;
     if !body.has(abi::WANTS_DIRECTIONS) {
-        return Ok(None);
+        return Err(skipped("no element wants fibre directions"));
     }
     set_random_directions(&material, &mut body)?;
     deform(&mut body, 1.1, 0.08);
-    Ok(Some((material, body)))
+    Ok((material, body))
 }
 
 /// Gives each element a random direction, and some none.
@@ -55,10 +55,6 @@ fn set_random_directions(material: &TestInstance, body: &mut Body) -> Result<(),
         if index % BARE == 0 { [0.0; 3] } else { unit }
     };
     body.set_directions(material, direction).map_err(describe_fault)
-}
-
-fn skipped() -> Verdict {
-    Verdict::Skipped("no element wants fibre directions".into())
 }
 
 /// What a material gives for the shape of a body.
@@ -88,17 +84,17 @@ fn ensure_same(before: &EnergyAndForces, after: &EnergyAndForces) -> Result<(), 
 }
 
 /// Turning the shape at rest together with the directions changes nothing: the law knows no axes of its own.
-pub(super) fn turn_with_the_shape_at_rest(c: &Candidate) -> Result<Verdict, String> {
-    let Some((material, body)) = directed_body(c)? else { return Ok(skipped()) };
+pub(super) fn turn_with_the_shape_at_rest(c: &Candidate) -> CaseResult {
+    let (material, body) = directed_body(c)?;
     let mut turned = body.clone();
     turned.rotate_rest(&material, rotate).map_err(describe_fault)?;
     ensure_same(&results(&material, &body)?, &results(&material, &turned)?)?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
 /// A direction and its opposite are one line; another line gives other forces.
-pub(super) fn have_no_sign(c: &Candidate) -> Result<Verdict, String> {
-    let Some((material, mut body)) = directed_body(c)? else { return Ok(skipped()) };
+pub(super) fn have_no_sign(c: &Candidate) -> CaseResult {
+    let (material, mut body) = directed_body(c)?;
     let line = unit_vector(&mut Random(11));
     let mut with = |direction: [f64; 3]| {
         body.set_directions(&material, |_| direction).map_err(describe_fault)?;
@@ -108,13 +104,13 @@ pub(super) fn have_no_sign(c: &Candidate) -> Result<Verdict, String> {
     ensure_same(&forth, &back)?;
     let across = with([line[1], -line[0], 0.0].map(|c| c / (line[0] * line[0] + line[1] * line[1]).sqrt()))?;
     ensure(ensure_same(&forth, &across).is_err(), || "a direction across it gives the same energy and forces".into())?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
 /// Derivatives hold with any directions.
-pub(super) fn derivatives_hold(c: &Candidate) -> Result<Verdict, String> {
-    let Some((material, body)) = directed_body(c)? else { return Ok(skipped()) };
+pub(super) fn derivatives_hold(c: &Candidate) -> CaseResult {
+    let (material, body) = directed_body(c)?;
     ensure_energy_gradient(&material, &body, 1e-5)?;
     ensure_exact_tangent_is_force_gradient(c, set_random_directions)?;
-    Ok(Verdict::Passed)
+    Ok(())
 }

@@ -3,7 +3,7 @@
 use super::super::candidate::Candidate;
 use super::derivatives::ensure_energy_gradient;
 use super::material::{default_body, deform, test_body};
-use super::{Verdict, ensure};
+use super::{CaseResult, ensure, skipped, tested};
 use crate::abi;
 
 /// States far from rest: what each coordinate is multiplied by, then by how much of a cell's edge coordinates are off at random.
@@ -18,37 +18,29 @@ const STATES: [(&str, [f64; 3], f64); 4] = [
 /// than rounding.
 const TOLERANCE: f64 = 1e-3;
 
-/// Whether the force is the gradient near rest with the defaults; where it is not, these cases say nothing new.
-fn holds_near_rest(c: &Candidate) -> Result<bool, String> {
+/// Skips where the force is not the gradient near rest with the defaults: these cases say nothing new then.
+fn ensure_holds_near_rest(c: &Candidate) -> CaseResult {
     let (material, mut body) = default_body(c)?;
     deform(&mut body, 1.1, 0.08);
-    Ok(ensure_energy_gradient(&material, &body, TOLERANCE).is_ok())
-}
-
-/// The verdict where it does not hold near rest.
-fn skipped() -> Verdict {
-    Verdict::Skipped("it does not hold near rest: see `force-is-energy-gradient`".into())
+    let holds = ensure_energy_gradient(&material, &body, TOLERANCE);
+    holds.map(|_| ()).map_err(|_| skipped("it does not hold near rest: see `force-is-energy-gradient`"))
 }
 
 /// The force is minus the gradient of the energy far from rest.
-pub(super) fn force_is_energy_gradient(c: &Candidate) -> Result<Verdict, String> {
-    if !holds_near_rest(c)? {
-        return Ok(skipped());
-    }
+pub(super) fn force_is_energy_gradient(c: &Candidate) -> CaseResult {
+    ensure_holds_near_rest(c)?;
     for (state, factors, jitter) in STATES {
         let (material, mut body) = default_body(c)?;
         body.x.iter_mut().for_each(|x| (0..3).for_each(|i| x[i] *= factors[i]));
         deform(&mut body, 1.0, jitter);
         ensure_energy_gradient(&material, &body, TOLERANCE).map_err(|why| format!("a body {state}: {why}"))?;
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
 /// The force is minus the gradient of the energy with each number at other values than its default.
-pub(super) fn force_is_energy_gradient_with_any_parameter(c: &Candidate) -> Result<Verdict, String> {
-    if !holds_near_rest(c)? {
-        return Ok(skipped());
-    }
+pub(super) fn force_is_energy_gradient_with_any_parameter(c: &Candidate) -> CaseResult {
+    ensure_holds_near_rest(c)?;
     let mut tried = 0;
     for (index, p) in c.params().iter().enumerate().filter(|(_, p)| p.kind == abi::PARAM_NUMBER) {
         // Near enough to the default for a state of moderate strain, whatever the range is.
@@ -66,5 +58,5 @@ pub(super) fn force_is_energy_gradient_with_any_parameter(c: &Candidate) -> Resu
     ensure(tried > 0 || c.params().iter().all(|p| p.kind != abi::PARAM_NUMBER), || {
         "no other value of any of its parameters is taken".into()
     })?;
-    if tried == 0 { Ok(Verdict::Skipped("it has no numbers for parameters".into())) } else { Ok(Verdict::Passed) }
+    tested(tried, "it has no numbers for parameters")
 }

@@ -4,7 +4,7 @@ use super::super::body::Body;
 use super::super::candidate::Candidate;
 use super::super::instance::TestInstance;
 use super::material::{default_body, deform, set_moving, test_body};
-use super::{Verdict, describe_fault, ensure};
+use super::{CaseResult, describe_fault, ensure, skipped};
 use crate::abi;
 use crate::fault::Fault;
 use crate::material::TangentScale;
@@ -54,11 +54,11 @@ fn moved(mut body: Body) -> Body {
     body
 }
 
-pub(super) fn scale_their_parameters(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn scale_their_parameters(c: &Candidate) -> CaseResult {
     let params = c.params();
     let fields: Vec<usize> = (0..params.len()).filter(|i| params[*i].flags & abi::PARAM_FIELD != 0).collect();
     if fields.is_empty() {
-        return Ok(Verdict::Skipped("no parameter is declared as a field".into()));
+        return Err(skipped("no parameter is declared as a field"));
     }
     for (field, &index) in fields.iter().enumerate() {
         let (p, key) = (&params[index], Candidate::key(&params[index]));
@@ -74,7 +74,7 @@ pub(super) fn scale_their_parameters(c: &Candidate) -> Result<Verdict, String> {
         }
         is_local(c, fields.len(), field, key)?;
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
 /// Requires that two halves with different factors give what each half gives with its own, where no element of the other is near.

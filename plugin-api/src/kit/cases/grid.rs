@@ -3,7 +3,7 @@
 use super::super::candidate::Candidate;
 use super::super::grid::{Region, TestGrid};
 use super::super::random::Random;
-use super::{Case, Verdict, describe_fault, ensure};
+use super::{Case, CaseResult, describe_fault, ensure, skipped};
 use crate::abi::{Ball, CELL_SURFACE, NO_CELL};
 use std::collections::BTreeMap;
 
@@ -114,17 +114,17 @@ impl Built {
     }
 }
 
-fn weights_sum_to_one(c: &Candidate) -> Result<Verdict, String> {
+fn weights_sum_to_one(c: &Candidate) -> CaseResult {
     let built = Built::new(c)?;
     for (i, (cell, weights)) in built.cells.iter().zip(&built.weights).enumerate() {
         ensure(*cell != NO_CELL, || format!("point {i} of the surface has no cell"))?;
         let sum: f64 = weights.iter().sum();
         ensure((sum - 1.0).abs() <= 1e-9, || format!("the weights of point {i} sum to {sum}"))?;
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-fn affine_motion_is_exact(c: &Candidate) -> Result<Verdict, String> {
+fn affine_motion_is_exact(c: &Candidate) -> CaseResult {
     let built = Built::new(c)?;
     let map =
         |p: [f64; 3]| [1.2 * p[0] - 0.7 * p[1] + 0.1, 0.8 * p[0] + 0.9 * p[1] - 0.2 * p[2], 0.3 * p[1] + 1.1 * p[2]];
@@ -138,10 +138,10 @@ fn affine_motion_is_exact(c: &Candidate) -> Result<Verdict, String> {
         }
         ensure(error <= 1e-9 * RADIUS, || format!("point {i} is off by {error:.3e} m"))?;
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-fn pull_back_is_the_transpose(c: &Candidate) -> Result<Verdict, String> {
+fn pull_back_is_the_transpose(c: &Candidate) -> CaseResult {
     let built = Built::new(c)?;
     let (mut random, step) = (Random(1), 1e-6 * RADIUS);
     let rest = &built.points[..32];
@@ -156,9 +156,7 @@ fn pull_back_is_the_transpose(c: &Candidate) -> Result<Verdict, String> {
         built.grid.place(LEVEL, rest, &moved).map_err(describe_fault)
     };
     let (Some(plus), Some(minus)) = (positions_at(step)?, positions_at(-step)?) else {
-        return Ok(Verdict::Skipped(
-            "its embedding is linear: the host uses the weights for positions and loads".into(),
-        ));
+        return Err(skipped("its embedding is linear: the host uses the weights for positions and loads"));
     };
     let corner_loads = built.grid.pull_back(LEVEL, rest, &corners, &loads).map_err(describe_fault)?;
     for i in 0..rest.len() {
@@ -169,10 +167,10 @@ fn pull_back_is_the_transpose(c: &Candidate) -> Result<Verdict, String> {
             format!("point {i}: the loads do a work of {on_points:.6e} on the point, {on_corners:.6e} on the corners")
         })?;
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-fn cells_are_cubes(c: &Candidate) -> Result<Verdict, String> {
+fn cells_are_cubes(c: &Candidate) -> CaseResult {
     let built = Built::new(c)?;
     let level = built.grid.level(LEVEL).map_err(describe_fault)?;
     let w = &built.whole;
@@ -195,10 +193,10 @@ fn cells_are_cubes(c: &Candidate) -> Result<Verdict, String> {
     ensure(w.node_border.iter().all(|b| *b == 0), || {
         "a node of the whole body is marked as bordering on cells outside the region".into()
     })?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-fn surface_cells_are_marked(c: &Candidate) -> Result<Verdict, String> {
+fn surface_cells_are_marked(c: &Candidate) -> CaseResult {
     let built = Built::new(c)?;
     let (points, triangles) = ball();
     let centroid = |t: &[u32; 3]| [0, 1, 2].map(|i| t.iter().map(|v| points[*v as usize][i]).sum::<f64>() / 3.0);
@@ -211,10 +209,10 @@ fn surface_cells_are_marked(c: &Candidate) -> Result<Verdict, String> {
             format!("the cell of the centroid of triangle {triangle} is not marked as a surface cell")
         })?;
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-fn region_is_part_of_the_body(c: &Candidate) -> Result<Verdict, String> {
+fn region_is_part_of_the_body(c: &Candidate) -> CaseResult {
     let built = Built::new(c)?;
     let level = built.grid.level(LEVEL).map_err(describe_fault)?;
     let centre = built.points[0];
@@ -226,7 +224,7 @@ fn region_is_part_of_the_body(c: &Candidate) -> Result<Verdict, String> {
         ensure(whole.get(id) == Some(rest), || format!("node {id} at {rest:?} m is not one of the whole body"))?;
     }
     if let Some(id) = part.cell_id.iter().find(|id| !built.whole.cell_id.contains(id)) {
-        return Err(format!("cell {id} is not one of the whole body"));
+        return Err(format!("cell {id} is not one of the whole body").into());
     }
     ensure(part.cell_id.contains(&built.cells[0]), || "the cell of the ball's centre is missing".into())?;
     // A node is on the border if and only if one of its cells is outside the region.
@@ -242,5 +240,5 @@ fn region_is_part_of_the_body(c: &Candidate) -> Result<Verdict, String> {
             format!("node {id}: border is {border}; some of its cells are outside the region: {on_border}")
         })?;
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }

@@ -6,7 +6,7 @@ use super::super::instance::TestInstance;
 use super::super::tested_material::MaterialUnderTest;
 use super::invariance::rigid_motion;
 use super::material::{deform, test_body};
-use super::{Verdict, describe_fault, ensure};
+use super::{CaseResult, describe_fault, ensure, tested};
 use crate::abi;
 
 /// Parts of the range of a number at which a material is tested, besides its default: one that yields only beyond a strain does so at the
@@ -57,11 +57,8 @@ fn have_same_history(a: &Body, b: &Body) -> bool {
 
 /// Runs `check` in every state of every instance with a history, with the body before and after its history was updated. Skipped where
 /// no history ever changes.
-fn for_each_state(
-    c: &Candidate,
-    check: impl Fn(&TestInstance, &Body, &Body) -> Result<(), String>,
-) -> Result<Verdict, String> {
-    let mut has_changed = false;
+fn for_each_state(c: &Candidate, check: impl Fn(&TestInstance, &Body, &Body) -> Result<(), String>) -> CaseResult {
+    let mut changes = 0;
     for material in instances(c)? {
         let rest = test_body(&material)?;
         let mut body = rest.clone();
@@ -71,15 +68,14 @@ fn for_each_state(
             let mut next = body.clone();
             next.advance(&material).map_err(describe_fault)?;
             check(&material, &body, &next)?;
-            has_changed |= !have_same_history(&body, &next);
+            changes += usize::from(!have_same_history(&body, &next));
             body = next;
         }
     }
-    let why = "no parameter alone gives it a history that changes";
-    Ok(if has_changed { Verdict::Passed } else { Verdict::Skipped(why.into()) })
+    tested(changes, "no parameter alone gives it a history that changes")
 }
 
-pub(super) fn advance_dissipates(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn advance_dissipates(c: &Candidate) -> CaseResult {
     for material in instances(c)? {
         let mut rest = test_body(&material)?;
         let before = rest.clone();
@@ -97,8 +93,8 @@ pub(super) fn advance_dissipates(c: &Candidate) -> Result<Verdict, String> {
 /// Stretches of the test body under which elements may fail, one after the other, and jitter in cell edges.
 const FAILING: [(f64, f64); 4] = [(1.1, 0.1), (1.5, 0.3), (3.0, 0.5), (1.0, 0.2)];
 
-pub(super) fn failure_follows_from_history(c: &Candidate) -> Result<Verdict, String> {
-    let mut has_failed = false;
+pub(super) fn failure_follows_from_history(c: &Candidate) -> CaseResult {
+    let mut failures = 0;
     for material in instances(c)? {
         let rest = test_body(&material)?;
         if !rest.has(abi::CAN_FAIL) {
@@ -111,7 +107,7 @@ pub(super) fn failure_follows_from_history(c: &Candidate) -> Result<Verdict, Str
             deform(&mut body, stretch, jitter);
             body.advance(&material).map_err(describe_fault)?;
             let expected = failed(&body)?;
-            has_failed |= expected.iter().flatten().any(|failed| *failed != 0);
+            failures += expected.iter().flatten().filter(|failed| **failed != 0).count();
             ensure(expected.iter().flatten().all(|failed| *failed <= 1), || "a value other than 0 and 1".into())?;
             // As after an undo, which puts the history back first and positions later.
             let mut moved = body.clone();
@@ -131,10 +127,10 @@ pub(super) fn failure_follows_from_history(c: &Candidate) -> Result<Verdict, Str
         let fresh = failed(&moved)?;
         ensure(fresh.iter().flatten().all(|failed| *failed == 0), || "an element without a history has failed".into())?;
     }
-    Ok(if has_failed { Verdict::Passed } else { Verdict::Skipped("no element of it fails".into()) })
+    tested(failures, "no element of it fails")
 }
 
-pub(super) fn advance_is_objective(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn advance_is_objective(c: &Candidate) -> CaseResult {
     for_each_state(c, |material, body, next| {
         let mut moved = body.clone();
         moved.x.iter_mut().for_each(|x| *x = rigid_motion(*x));

@@ -16,7 +16,10 @@ use super::repeatability::{
     calls_are_bit_identical, instances_are_independent, no_allocation, state_is_bit_identical,
     threads_are_bit_identical,
 };
-use super::{Case, Verdict, describe_fault, directions, ensure, far_from_rest, fields, history, normals, single};
+use super::{
+    Case, CaseResult, NO_EXTREMES, damping, describe_fault, directions, ensure, far_from_rest, fields, guards, history,
+    measure, normals, panics, rest_shape, single, tested,
+};
 use crate::abi;
 use crate::material::TangentScale;
 
@@ -27,9 +30,24 @@ pub(super) const CASES: &[Case] = &[
         run: mass_is_positive,
     },
     Case {
+        name: "measure-scales-contributions",
+        promise: "mass, energy, forces and matrix of a point, link or tetrahedron are proportional to its measure",
+        run: measure::scales_contributions,
+    },
+    Case {
         name: "rest-is-force-free",
         promise: "a body at rest has no forces, and a stretched one has",
         run: rest_is_force_free,
+    },
+    Case {
+        name: "curved-rest-is-force-free",
+        promise: "a sheet that is curved at rest has no forces and no strain of coupled hinges there",
+        run: rest_shape::curved_is_force_free,
+    },
+    Case {
+        name: "axes-turn-with-the-shape-at-rest",
+        promise: "turning the shape at rest changes neither energy nor forces",
+        run: rest_shape::axes_turn_with_it,
     },
     Case {
         name: "force-is-energy-gradient",
@@ -60,6 +78,16 @@ pub(super) const CASES: &[Case] = &[
         name: "damping-dissipates",
         promise: "damping is symmetric, dissipates energy, and is minus the gradient of the force by the velocity",
         run: damping_dissipates,
+    },
+    Case {
+        name: "damping-is-linear-in-velocity",
+        promise: "at any speed the force of damping is `-C v`, with a matrix that does not depend on velocity",
+        run: damping::is_linear,
+    },
+    Case {
+        name: "rigid-motion-is-not-damped",
+        promise: "a body that moves or turns as a whole has no damping forces",
+        run: damping::spares_rigid_motions,
     },
     Case {
         name: "tangent-is-linear-in-its-factors",
@@ -182,6 +210,16 @@ pub(super) const CASES: &[Case] = &[
         promise: "a position that is NaN gives a fault or forces that are not finite",
         run: nan_is_reported,
     },
+    Case {
+        name: "planes-are-kept-to",
+        promise: "calls read nothing around the planes of rest data and history, and write to their own output alone",
+        run: guards::planes_are_kept_to,
+    },
+    Case {
+        name: "no-call-panics",
+        promise: "no call of a step panics, however far from sense the state is",
+        run: panics::no_call_panics,
+    },
     Case { name: "no-allocation-in-a-step", promise: "calls inside a step do not allocate", run: no_allocation },
 ];
 
@@ -242,16 +280,16 @@ pub(super) fn max_component(forces: &[[f64; 3]]) -> f64 {
     max_abs(forces.iter().flatten())
 }
 
-fn mass_is_positive(c: &Candidate) -> Result<Verdict, String> {
+fn mass_is_positive(c: &Candidate) -> CaseResult {
     let (material, body) = default_body(c)?;
     let mass = body.mass(&material).map_err(describe_fault)?;
     match mass.iter().position(|m| !(m.is_finite() && *m > 0.0)) {
-        Some(node) => Err(format!("node {node} has a mass of {} kg", mass[node])),
-        None => Ok(Verdict::Passed),
+        Some(node) => Err(format!("node {node} has a mass of {} kg", mass[node]).into()),
+        None => Ok(()),
     }
 }
 
-fn rest_is_force_free(c: &Candidate) -> Result<Verdict, String> {
+fn rest_is_force_free(c: &Candidate) -> CaseResult {
     let (material, body) = default_body(c)?;
     let tolerance = force_tolerance(&material, &body)?;
     let force = max_component(&body.forces(&material).map_err(describe_fault)?);
@@ -260,10 +298,11 @@ fn rest_is_force_free(c: &Candidate) -> Result<Verdict, String> {
     deform(&mut stretched, 1.02, 0.0);
     let force = max_component(&stretched.forces(&material).map_err(describe_fault)?);
     ensure(force > tolerance, || "no force on a stretched body either".into())?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-fn finite_at_extremes(c: &Candidate) -> Result<Verdict, String> {
+fn finite_at_extremes(c: &Candidate) -> CaseResult {
+    let mut tried = 0;
     for (index, p) in c.params().iter().enumerate() {
         let values = match p.kind {
             abi::PARAM_NUMBER => vec![p.min, p.max],
@@ -276,8 +315,9 @@ fn finite_at_extremes(c: &Candidate) -> Result<Verdict, String> {
                 Ok(material) => material,
                 // A plugin may refuse a combination with the other defaults.
                 Err(fault) if fault.status == abi::Status::BAD_ARGUMENT => continue,
-                Err(fault) => return Err(format!("{}: {}", setting(), describe_fault(fault))),
+                Err(fault) => return Err(format!("{}: {}", setting(), describe_fault(fault)).into()),
             };
+            tried += 1;
             let mut body = test_body(&material).map_err(|why| format!("{}: {why}", setting()))?;
             deform(&mut body, 1.1, 0.05);
             set_moving(&mut body);
@@ -292,7 +332,7 @@ fn finite_at_extremes(c: &Candidate) -> Result<Verdict, String> {
             }
         }
     }
-    Ok(Verdict::Passed)
+    tested(tried, NO_EXTREMES)
 }
 
 /// Sum of absolute values, which is finite only if all are.
@@ -300,7 +340,7 @@ fn sum_abs<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     values.into_iter().map(|v| v.abs()).sum()
 }
 
-fn nan_is_reported(c: &Candidate) -> Result<Verdict, String> {
+fn nan_is_reported(c: &Candidate) -> CaseResult {
     let (material, body) = default_body(c)?;
     for node in [0, body.x.len() / 2, body.x.len() - 1] {
         let mut broken = body.clone();
@@ -310,5 +350,5 @@ fn nan_is_reported(c: &Candidate) -> Result<Verdict, String> {
             ensure(!hidden, || format!("node {node} at NaN gave finite forces and no fault"))?;
         }
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }

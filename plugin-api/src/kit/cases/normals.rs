@@ -8,7 +8,7 @@ use super::super::random::Random;
 use super::invariance::{rigid_motion, rotate};
 use super::material::{default_body, deform};
 use super::matrix::max_abs;
-use super::{Verdict, describe_fault, ensure};
+use super::{CaseResult, NotPassed, describe_fault, ensure, skipped};
 use crate::abi;
 
 /// Step of finite differences over positions, m.
@@ -32,8 +32,8 @@ struct NormalsResults {
     derivatives: Vec<[f64; 3]>,
 }
 
-/// A material with an energy of normals and its test body, or `None` if it does not ask for normals with its defaults.
-fn normals_body(c: &Candidate) -> Result<Option<NormalsBody>, String> {
+/// A material with an energy of normals and its test body; skips a material that does not ask for normals with its defaults.
+fn normals_body(c: &Candidate) -> Result<NormalsBody, NotPassed> {
     let (material, body) = default_body(c)?;
     let wants = |kind: u32| body.element_counts().any(|(r, _)| r.kind == kind && r.flags & abi::WANTS_NORMALS != 0);
     let (hinges, triangles) = (wants(abi::HINGE), wants(abi::TRIANGLE));
@@ -41,10 +41,10 @@ fn normals_body(c: &Candidate) -> Result<Option<NormalsBody>, String> {
         "the flag WANTS_NORMALS is set for one of hinges and triangles, and not for both".into()
     })?;
     if !triangles {
-        return Ok(None);
+        return Err(skipped("no triangle wants normals with its defaults"));
     }
     let triangles = body.tilts(&material).map_err(describe_fault)?.corners;
-    Ok(Some(NormalsBody { material, body, triangles }))
+    Ok(NormalsBody { material, body, triangles })
 }
 
 impl NormalsBody {
@@ -77,8 +77,8 @@ fn derivative(f: impl Fn(f64) -> Result<f64, String>, h: f64) -> Result<f64, Str
 
 const SAME_BITS: &str = "both are identical to the last bit: one is made of the other";
 
-pub(super) fn force_is_energy_gradient(c: &Candidate) -> Result<Verdict, String> {
-    let Some(mut sheet) = normals_body(c)? else { return Ok(Verdict::Passed) };
+pub(super) fn force_is_energy_gradient(c: &Candidate) -> CaseResult {
+    let mut sheet = normals_body(c)?;
     deform(&mut sheet.body, 1.02, 0.2);
     let normals = sheet.normals();
     let force = sheet.results(&normals)?.forces;
@@ -99,11 +99,11 @@ pub(super) fn force_is_energy_gradient(c: &Candidate) -> Result<Verdict, String>
         }
     }
     ensure(!bit_identical, || SAME_BITS.into())?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-pub(super) fn derivative_is_energy_gradient(c: &Candidate) -> Result<Verdict, String> {
-    let Some(mut sheet) = normals_body(c)? else { return Ok(Verdict::Passed) };
+pub(super) fn derivative_is_energy_gradient(c: &Candidate) -> CaseResult {
+    let mut sheet = normals_body(c)?;
     deform(&mut sheet.body, 1.02, 0.2);
     let normals = sheet.normals();
     let derivatives = sheet.results(&normals)?.derivatives;
@@ -127,11 +127,11 @@ pub(super) fn derivative_is_energy_gradient(c: &Candidate) -> Result<Verdict, St
         })?;
     }
     ensure(!bit_identical, || SAME_BITS.into())?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-pub(super) fn energy_is_objective(c: &Candidate) -> Result<Verdict, String> {
-    let Some(mut sheet) = normals_body(c)? else { return Ok(Verdict::Passed) };
+pub(super) fn energy_is_objective(c: &Candidate) -> CaseResult {
+    let mut sheet = normals_body(c)?;
     deform(&mut sheet.body, 1.02, 0.2);
     let before = sheet.results(&sheet.normals())?;
     sheet.body.x.iter_mut().for_each(|x| *x = rigid_motion(*x));
@@ -148,11 +148,11 @@ pub(super) fn energy_is_objective(c: &Candidate) -> Result<Verdict, String> {
             ensure(change <= tolerance, || format!("the {name} of node {node} changed by {change:.3e}"))?;
         }
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-pub(super) fn rest_is_force_free(c: &Candidate) -> Result<Verdict, String> {
-    let Some(mut sheet) = normals_body(c)? else { return Ok(Verdict::Passed) };
+pub(super) fn rest_is_force_free(c: &Candidate) -> CaseResult {
+    let mut sheet = normals_body(c)?;
     // The largest force, and the largest derivative perpendicular to its normal: along the normal it has no effect.
     let largest = |sheet: &NormalsBody| -> Result<(f64, f64), String> {
         let normals = sheet.normals();
@@ -166,11 +166,11 @@ pub(super) fn rest_is_force_free(c: &Candidate) -> Result<Verdict, String> {
     let (bent_force, bent_torque) = largest(&sheet)?;
     ensure(force <= 1e-9 * bent_force, || format!("a force of {force:.3e} N on a flat body at rest"))?;
     ensure(torque <= 1e-9 * bent_torque, || format!("a derivative of {torque:.3e} J rotates a normal at rest"))?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-pub(super) fn tilt_is_an_upper_bound(c: &Candidate) -> Result<Verdict, String> {
-    let Some(NormalsBody { material, .. }) = normals_body(c)? else { return Ok(Verdict::Passed) };
+pub(super) fn tilt_is_an_upper_bound(c: &Candidate) -> CaseResult {
+    let NormalsBody { material, .. } = normals_body(c)?;
     // A single scalene triangle, so that no other triangle depends on its normals.
     let corners = [[0.0, 0.0], [0.012, 0.001], [0.004, 0.009]];
     let triangle = ElementList { nodes: vec![0, 1, 2], material: corners.concat(), ..ElementList::default() };
@@ -201,5 +201,5 @@ pub(super) fn tilt_is_an_upper_bound(c: &Candidate) -> Result<Verdict, String> {
             })?;
         }
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }

@@ -1,11 +1,10 @@
 //! Cases for repeatability: results do not depend on ranges, earlier calls or other instances, and need no allocation.
 
-use super::super::allocations;
 use super::super::body::Body;
 use super::super::candidate::Candidate;
 use super::super::instance::TestInstance;
 use super::material::{default_body, deform, set_moving, test_body};
-use super::{Verdict, describe_fault, ensure};
+use super::{CaseResult, UNCOUNTED, describe_fault, ensure, skipped, tested};
 use crate::abi;
 use crate::fault::Fault;
 use crate::material::TangentScale;
@@ -15,7 +14,7 @@ const BOTH: TangentScale = TangentScale { stiffness: 1.0, damping: 0.5 };
 
 /// Bits of all per-node and per-element results in a state, computed in calls of at most `max_elements` elements. The energy is a
 /// sum over elements, so it depends on the calls and is left out.
-fn result_bits(material: &TestInstance, body: &Body, max_elements: usize) -> Result<Vec<u64>, Fault> {
+pub(super) fn result_bits(material: &TestInstance, body: &Body, max_elements: usize) -> Result<Vec<u64>, Fault> {
     let mut force = vec![[0.0; 3]; body.x.len()];
     body.add_forces_in_calls(material, max_elements, &mut force)?;
     let blocks = body.blocks(material, BOTH, max_elements)?;
@@ -46,19 +45,19 @@ fn moving_body(c: &Candidate) -> Result<(TestInstance, Body), String> {
     Ok((material, body))
 }
 
-pub(super) fn calls_are_bit_identical(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn calls_are_bit_identical(c: &Candidate) -> CaseResult {
     let (material, body) = moving_body(c)?;
     let one_call = result_bits(&material, &body, usize::MAX).map_err(describe_fault)?;
     for max_elements in [1, 3, 7, 16, 29] {
         let several = result_bits(&material, &body, max_elements).map_err(describe_fault)?;
         ensure(several == one_call, || format!("calls of {max_elements} elements give other bytes than one call"))?;
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-pub(super) fn state_is_bit_identical(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn state_is_bit_identical(c: &Candidate) -> CaseResult {
     if c.descriptor().flags & abi::FLAG_DETERMINISTIC == 0 {
-        return Ok(Verdict::Skipped("it does not declare itself deterministic".into()));
+        return Err(skipped("it does not declare itself deterministic"));
     }
     let (material, body) = moving_body(c)?;
     let first = result_bits(&material, &body, usize::MAX).map_err(describe_fault)?;
@@ -70,12 +69,13 @@ pub(super) fn state_is_bit_identical(c: &Candidate) -> Result<Verdict, String> {
         let again = result_bits(&material, &body, usize::MAX).map_err(describe_fault)?;
         ensure(again == first, || "a state gave other bytes after another state was computed".into())?;
     }
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-pub(super) fn instances_are_independent(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn instances_are_independent(c: &Candidate) -> CaseResult {
     let (material, body) = moving_body(c)?;
     let first = result_bits(&material, &body, usize::MAX).map_err(describe_fault)?;
+    let mut tried = 0;
     for (index, p) in c.params().iter().enumerate().filter(|(_, p)| p.kind == abi::PARAM_NUMBER) {
         let value = if p.fallback == p.max { p.min } else { 0.5 * (p.fallback + p.max) };
         let Ok(other) = c.open(&[(index, value)]) else { continue };
@@ -83,12 +83,13 @@ pub(super) fn instances_are_independent(c: &Candidate) -> Result<Verdict, String
             other_body.x.clone_from(&body.x);
             let _ = result_bits(&other, &other_body, usize::MAX);
         }
+        tried += 1;
         let again = result_bits(&material, &body, usize::MAX).map_err(describe_fault)?;
         ensure(again == first, || {
             format!("a second instance with `{}` = {value} changed the results", Candidate::key(p))
         })?;
     }
-    Ok(Verdict::Passed)
+    tested(tried, "it has no number that a second instance takes")
 }
 
 /// An instance that several threads call at the same time.
@@ -101,7 +102,7 @@ unsafe impl Sync for Called<'_> {}
 
 /// Two threads compute two states at the same time, over and over: each until both have done so often enough, for one that waits for a processor
 /// would meet no other.
-pub(super) fn threads_are_bit_identical(c: &Candidate) -> Result<Verdict, String> {
+pub(super) fn threads_are_bit_identical(c: &Candidate) -> CaseResult {
     const ROUNDS: usize = 50;
     const MOST_ROUNDS: usize = 100 * ROUNDS;
     let (material, body) = moving_body(c)?;
@@ -111,7 +112,7 @@ pub(super) fn threads_are_bit_identical(c: &Candidate) -> Result<Verdict, String
     let alone = |body: &Body| result_bits(called.0, body, usize::MAX).map_err(describe_fault);
     let expected = [alone(&body)?, alone(&other)?];
     if [alone(&body)?, alone(&other)?] != expected {
-        return Ok(Verdict::Skipped("results differ without threads too: see `results-are-deterministic`".into()));
+        return Err(skipped("results differ without threads too: see `results-are-deterministic`"));
     }
     let done = [const { AtomicUsize::new(0) }; 2];
     let again = |body: &Body, own: usize| {
@@ -133,45 +134,41 @@ pub(super) fn threads_are_bit_identical(c: &Candidate) -> Result<Verdict, String
         let there = thread.join().map_err(|_| "a thread panicked".to_owned())?;
         here.and(there)
     })?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-pub(super) fn no_allocation(c: &Candidate) -> Result<Verdict, String> {
-    if allocations().is_none() {
-        let why = "allocations of a library cannot be counted from outside; a test with `kit::CountingAllocator` can";
-        return Ok(Verdict::Skipped(why.into()));
-    }
+pub(super) fn no_allocation(c: &Candidate) -> CaseResult {
+    let allocations = c.allocation_count().ok_or_else(|| skipped(UNCOUNTED))?;
     let (material, body) = moving_body(c)?;
     let mut force = vec![[0.0; 3]; body.x.len()];
     let mut add_forces = || body.add_forces(&material, &mut force);
     add_forces().map_err(describe_fault)?; // the first call may initialise lazily
-    ensure_none("forces", count(add_forces)?)?;
+    ensure_none("forces", count(allocations, add_forces)?)?;
     body.energy(&material).map_err(describe_fault)?;
-    ensure_none("energy", count(|| body.energy(&material))?)?;
+    ensure_none("energy", count(allocations, || body.energy(&material))?)?;
     if let Some(normals) = normals(&material, &body).map_err(describe_fault)? {
         let mut out = vec![[0.0; 6]; body.x.len()];
         let calls = || {
             body.add_normals_forces_in_calls(&material, usize::MAX, &normals, &mut out)?;
             body.normals_energy(&material, &normals)
         };
-        ensure_none("normals_energy and normals_forces", count(calls)?)?;
+        ensure_none("normals_energy and normals_forces", count(allocations, calls)?)?;
     }
-    let advance = |max_elements: usize| count(|| body.next_histories(&material, max_elements));
+    let advance = |max_elements: usize| count(allocations, || body.next_histories(&material, max_elements));
     ensure_none("advance", advance(1)?.saturating_sub(advance(usize::MAX)?))?;
     // The kit itself allocates the blocks, the same number of times for one call as for many: the difference is the plugin's.
-    let tangent = |max_elements: usize| count(|| body.blocks(&material, BOTH, max_elements));
+    let tangent = |max_elements: usize| count(allocations, || body.blocks(&material, BOTH, max_elements));
     ensure_none("tangent", tangent(1)?.saturating_sub(tangent(usize::MAX)?))?;
-    let single = |max_elements: usize| count(|| body.single_blocks(&material, BOTH, max_elements));
+    let single = |max_elements: usize| count(allocations, || body.single_blocks(&material, BOTH, max_elements));
     ensure_none("single_tangent", single(1)?.saturating_sub(single(usize::MAX)?))?;
-    Ok(Verdict::Passed)
+    Ok(())
 }
 
-/// Allocations while `run` runs.
-fn count<T>(run: impl FnOnce() -> Result<T, Fault>) -> Result<u64, String> {
-    let before = allocations().unwrap_or(0);
+/// Allocations while `run` runs, by the count `allocations`.
+fn count<T>(allocations: fn() -> u64, run: impl FnOnce() -> Result<T, Fault>) -> Result<u64, String> {
+    let before = allocations();
     run().map_err(describe_fault)?;
-    // Asking for the count allocates once.
-    Ok((allocations().unwrap_or(0) - before).saturating_sub(1))
+    Ok(allocations() - before)
 }
 
 fn ensure_none(function: &str, count: u64) -> Result<(), String> {
