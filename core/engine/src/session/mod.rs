@@ -14,6 +14,7 @@ mod error;
 mod event;
 mod fibres;
 mod fields;
+mod fixing;
 mod frame;
 mod hand_events;
 mod history;

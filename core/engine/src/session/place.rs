@@ -5,11 +5,11 @@ use super::memory_checks::ModelCheck;
 use super::ray_miss::{self, Ray};
 use super::shared::SharedModel;
 use super::subdivision::subdivide;
-use crate::body::{CellCorners, Discretization, Fixing, Model, Place, Warp};
+use crate::body::{Model, Warp};
 use crate::memory::MemoryAccount;
 use crate::scene::{
-    BodyScene, FixedScene, FrameScene, PatternScene, RotationScene, SceneError, ShapeKind, ShapeScene, SheetScene,
-    Source, ToolScene, WarpScene,
+    BodyScene, FrameScene, PatternScene, RotationScene, SceneError, ShapeKind, ShapeScene, SheetScene, Source,
+    ToolScene, WarpScene,
 };
 use crate::shape::{self, OrientedShape, ShapeParams};
 use crate::tool::Frame;
@@ -19,7 +19,6 @@ use pliant_mesh::geometry::Vec3;
 use pliant_mesh::geometry::cast;
 use pliant_mesh::tetrahedra::Group;
 use pliant_mesh::{MeshError, ObjDocument, Placement, Surface, TetMesh, generate};
-use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -216,83 +215,6 @@ pub(super) fn warp(scene: &SheetScene) -> Warp {
     }
 }
 
-/// A fixing: nodes of a body that are held or moved along a path.
-///
-/// # Errors
-/// A group that the model does not have.
-pub(super) fn fixing(
-    spanned: &Spanned<FixedScene>,
-    source: &Source,
-    model: &Model,
-    discretization: &Discretization,
-) -> Result<Fixing, SceneError> {
-    let (scene, span) = (spanned.get_ref(), spanned.span());
-    let place = match scene {
-        FixedScene { box_: Some([min, max]), .. } => {
-            Place::Box { min: min.map(|c| c.si).into(), max: max.map(|c| c.si).into() }
-        }
-        FixedScene { ball: Some(centre), .. } => {
-            Place::Ball { centre: centre.map(|c| c.si).into(), radius: scene.radius.map_or(0.0, |r| r.si) }
-        }
-        FixedScene { group: Some(name), .. } => {
-            if let Some(cells) = &model.tetrahedra {
-                let nodes = named_group(name, source, cells.mesh())?.nodes.clone();
-                return Ok(fixing_at(scene, Place::Vertices(nodes.into_iter().collect())));
-            }
-            let faces = named_faces(name, source, &model.document)?;
-            let Surface { points, triangles, face_of } = &model.surface;
-            let named = triangles.iter().zip(face_of).filter(|(_, face)| faces[**face as usize]).map(|(t, _)| *t);
-            match discretization {
-                Discretization::Sheet(_) => Place::Vertices(named.flatten().collect()),
-                Discretization::Lattice(lattice) => {
-                    let named = named.map(|corners| corners.map(|v| points[v as usize]));
-                    Place::Cells(CellCorners::of(named, &lattice.facts))
-                }
-            }
-        }
-        FixedScene { nodes, .. } => {
-            let given = nodes.as_deref().unwrap_or_default();
-            match &model.tetrahedra {
-                Some(cells) => Place::Vertices(numbered_nodes(given, source, span, cells.mesh())?),
-                None => Place::Nodes(given.to_vec()),
-            }
-        }
-    };
-    Ok(fixing_at(scene, place))
-}
-
-/// A fixing of the nodes in a place.
-fn fixing_at(scene: &FixedScene, place: Place) -> Fixing {
-    let path = scene.path.iter().map(|&[t, x, y, z]| (t, Vec3::new(x, y, z)));
-    Fixing { place, clamp: scene.clamp, path: path.collect() }
-}
-
-/// Nodes of a tetrahedral mesh by their numbers in the file.
-///
-/// # Errors
-/// A number that no node of a tetrahedron has.
-fn numbered_nodes(
-    given: &[u32],
-    source: &Source,
-    span: Range<usize>,
-    mesh: &TetMesh,
-) -> Result<HashSet<u32>, SceneError> {
-    let index: HashMap<u64, u32> = mesh.node_number.iter().copied().zip(0..).collect();
-    let node = |number: &u32| {
-        index.get(&u64::from(*number)).copied().ok_or_else(|| {
-            let (least, most) = (mesh.node_number.iter().min(), mesh.node_number.iter().max());
-            let text = format!(
-                "no tetrahedron of {} has node {number}; allowed is the number of a node in the file, from {} to {}",
-                mesh.name().display(),
-                least.unwrap_or(&0),
-                most.unwrap_or(&0)
-            );
-            source.error(span.clone(), text)
-        })
-    };
-    given.iter().map(node).collect()
-}
-
 /// What a group of a model is for fields and fibres.
 pub(super) enum GroupPart {
     /// What is nearest to triangles of the surface: whether to each.
@@ -336,7 +258,11 @@ pub(super) fn group_part(name: &Spanned<String>, source: &Source, model: &Model)
 ///
 /// # Errors
 /// A name that no group has, with those that there are.
-fn named_group<'a>(name: &Spanned<String>, source: &Source, mesh: &'a TetMesh) -> Result<&'a Group, SceneError> {
+pub(super) fn named_group<'a>(
+    name: &Spanned<String>,
+    source: &Source,
+    mesh: &'a TetMesh,
+) -> Result<&'a Group, SceneError> {
     mesh.group(name.get_ref()).ok_or_else(|| {
         let text = format!("no group `{}` in the model; allowed is {}", name.get_ref(), mesh.list_groups());
         source.error(name.span(), text)

@@ -5,7 +5,7 @@ use super::plugins::span_of;
 use crate::body::{Body, Discretization, FailedTriangles, Lattice, MaterialRecipe, Sheet, Skin, StiffnessFactor};
 use crate::scene::{BodyScene, EditScene, FixedScene};
 use crate::session::shared::SharedModel;
-use crate::session::{SessionError, fibres, fields, place};
+use crate::session::{SessionError, fibres, fields, fixing, place};
 use pliant_cut::CutMesh;
 use pliant_host::{Material, PluginKind};
 use pliant_mesh::require_for_mesh_elements;
@@ -71,7 +71,7 @@ impl Opening<'_> {
         };
         self.measured_keys.push(discretization.lattice().map(measured_key).unwrap_or_default());
         let skin = Skin::new(&model, shared.tree);
-        let fixing = |f: &Spanned<FixedScene>| place::fixing(f, self.source, &model, &discretization);
+        let fixing = |f: &Spanned<FixedScene>| fixing::fixing(f, self.source, &model, &discretization);
         let fixings = scene.fixed.iter().map(fixing).collect::<Result<_, _>>()?;
         let seams = self.seams(scene, &model, &discretization)?;
         self.seams.push(seams);

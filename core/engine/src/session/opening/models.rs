@@ -7,7 +7,7 @@ use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::session::level_choice::LevelChosen;
 use crate::session::shared::SharedModel;
-use crate::session::{EventKind, SessionError, place};
+use crate::session::{EventKind, SessionError, fixing, place};
 use pliant_mesh::check::{Severity, Use};
 use std::sync::Arc;
 
@@ -47,6 +47,7 @@ impl Opening<'_> {
             if plan.moving[i] {
                 bodies.push(self.body(&scene.body[i], i, name, model, &scene.edit, plan.cuts())?);
             } else {
+                fixing::check_groups(&scene.body[i], self.source, &model.model)?;
                 standing.push((name, model.model));
             }
         }
