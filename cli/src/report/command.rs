@@ -7,7 +7,7 @@ use crate::outcome::{Failure, Outcome};
 use crate::output::{note, print, print_json, progress_bar, set_message};
 use crate::search::search_path;
 use crate::stop::stop_flag;
-use pliant_engine::session::CancelToken;
+use pliant_engine::session::{CancelToken, processors};
 use pliant_mesh::read::read_text;
 use pliant_report::{
     AccuracyCatalogue, Clock, Comparison, Document, Journal, Measurements, PerformanceCatalogue, Progress,
@@ -74,9 +74,16 @@ pub fn report(cli: &Cli, command: &ReportCommand) -> Result<Outcome, Failure> {
 
 /// The options of a report.
 fn options(cli: &Cli, args: &ReportOptionArgs) -> Result<ReportOptions, Failure> {
-    let threads = match args.threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        given => given,
+    let threads = match (args.threads, processors()) {
+        (0, processors) => processors,
+        (asked, processors) if asked > processors => {
+            note(&format!(
+                "warning: {asked} threads are asked for and there are {processors} processors, so the report runs on {processors}; allowed is up to \
+                 {processors}, or 0 for all"
+            ));
+            processors
+        }
+        (asked, _) => asked,
     };
     Ok(ReportOptions {
         search: search_path(cli)?,

@@ -10,7 +10,7 @@
 //! # Example
 //! A session is run, recorded and summarised:
 //! ```no_run
-//! use pliant_engine::{memory::MemoryBudget, plan::Plan, scene, session::{Options, Session}};
+//! use pliant_engine::{plan::Plan, scene, session::{Options, Session}};
 //! use pliant_record::{Recorder, RecordingInputs, RecordingWriter};
 //! use std::{path::Path, time::Instant};
 //!
@@ -19,7 +19,7 @@
 //! let (scene, source) = scene::load(Path::new("scenes/touch.toml"), &[])?;
 //! let plan = Plan::new(&scene, &source)?;
 //! let search = pliant_host::SearchPath::new(&[]);
-//! let options = Options { search, threads: 1, mesh: None, recorded: None, memory: MemoryBudget::default() };
+//! let options = Options::new(search, 1);
 //! let mut session = Session::open(&scene, &source, plan, &options)?;
 //!
 //! let mut recorder = Recorder::new(&scene, &source, &session, Path::new("out/touch"), began)?;
