@@ -11,8 +11,8 @@ use pliant_engine::session::{CancelToken, processors};
 use pliant_mesh::read::read_text;
 use pliant_report::{
     AccuracyCatalogue, Clock, Comparison, Document, Journal, Measurements, PerformanceCatalogue, Progress,
-    ReportBuilder, ReportContext, ReportKind, ReportOptions, Row, SceneInput, StabilityCatalogue, accuracy, compare,
-    markdown, performance, self_convergence, stability, write_report,
+    ReportBuilder, ReportContext, ReportKind, ReportOptions, Row, SceneInput, StabilityCatalogue, accuracy,
+    check_report_folder, compare, markdown, performance, self_convergence, stability, write_report,
 };
 use std::path::{Path, PathBuf};
 
@@ -28,6 +28,7 @@ pub fn report(cli: &Cli, command: &ReportCommand) -> Result<Outcome, Failure> {
     };
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(format!("report-{}", kind.name())));
     let baseline = args.baseline.as_deref().map(read_baseline).transpose()?;
+    check_report_folder(&folder)?;
     let mut journal = open_journal(&folder, args.fresh)?;
     let stop = stop_flag();
     let bar = progress_bar("{bar:24} {pos}/{len} runs  {elapsed} gone, {eta} left  {msg}", 1, args.quiet || cli.json);

@@ -12,7 +12,7 @@
 mod files;
 mod recovery;
 
-pub(crate) use files::files_below;
+pub(crate) use files::{files_below, is_in_set};
 
 use crate::atomic::{AtomicFolder, error_at, folder_of, sync_folder, temporaries};
 use files::{is_result, listed};
