@@ -31,7 +31,7 @@ pub(crate) enum InputHashes {
 impl InputHashes {
     /// Begins to compute the digests of the inputs of `session`.
     pub(crate) fn begin(source: &Source, session: &Session) -> Self {
-        let (scene, text) = (shown(&source.path), source.text.clone());
+        let (scene, text) = (shown(&source.path), source.text.to_string());
         let models: Vec<Arc<Model>> = models(session).map(Arc::clone).collect();
         let mut plugins: Vec<String> = session.loaded.iter().map(|l| l.path.clone()).collect();
         plugins.dedup();

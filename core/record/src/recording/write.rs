@@ -137,7 +137,7 @@ impl<W: Write> RecordingWriter<W> {
         let header = RecordingHeader {
             program: format!("pliant {}", env!("CARGO_PKG_VERSION")),
             scene: absolute(&source.path)?,
-            text: source.text.clone(),
+            text: source.text.to_string(),
             mesh: mesh.map(absolute).transpose()?,
             live,
             history: history || session.keeps_history(),

@@ -28,7 +28,7 @@ impl Opening<'_> {
             if let Some(Subdivision { levels, why }) = &model.model.subdivision {
                 self.subdivisions.push(LevelChosen { body: name.clone(), level: *levels, why: why.clone() });
             }
-            self.memory.body(i).model = document_bytes(&model.model.document);
+            self.memory.update(i, |body| body.model = document_bytes(&model.model.document));
             self.report_defects(name, &model.model);
             models.push((name.clone(), model));
         }
