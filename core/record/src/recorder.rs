@@ -82,9 +82,9 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Begins a file of the results, by its path in the folder.
+    /// Begins a file of the results, by its path in the folder, to be flushed to the disk with the others.
     fn create(&self, name: &str) -> io::Result<AtomicFile> {
-        AtomicFile::create_shown(&self.results.path().join(name), &self.folder.join(name))
+        AtomicFile::create_staged(&self.results.path().join(name), &self.folder.join(name))
     }
 
     /// Records the last step of the session. `last`: no step comes after it.
@@ -147,7 +147,8 @@ impl Recorder {
         let shown = |file: PathBuf| file.to_string_lossy().replace('\\', "/");
         summary.inputs = self.hashes.take().map(InputHashes::finish).unwrap_or_default();
         summary.files = files_below(self.results.path())?.into_iter().map(shown).collect();
-        let mut file = self.create(SUMMARY)?;
+        self.results.flush()?;
+        let mut file = AtomicFile::create_shown(&self.results.path().join(SUMMARY), &self.folder.join(SUMMARY))?;
         serde_json::to_writer_pretty(&mut file, &summary)
             .map_err(|e| error_at(&self.folder.join(SUMMARY), e.into()))?;
         writeln!(file)?;
