@@ -192,6 +192,8 @@ fn ask_child(path: &Path, task: &str, limit: Duration) -> Result<Value, String> 
             let said = stderr.lines().next_back().unwrap_or_default().trim_start_matches("error: ").to_owned();
             Err(if said.is_empty() { format!("the process ended with code {code}") } else { said })
         }
-        end @ (ChildEnd::Signalled(_) | ChildEnd::TimedOut(_) | ChildEnd::NotStarted(_)) => Err(end.to_string()),
+        end @ (ChildEnd::Signalled { .. } | ChildEnd::TimedOut { .. } | ChildEnd::NotStarted(_)) => {
+            Err(end.to_string())
+        }
     }
 }

@@ -17,10 +17,20 @@ pub enum ChildEnd {
         /// Standard error, if it was piped.
         stderr: String,
     },
-    /// It was ended by a signal, in words.
-    Signalled(String),
-    /// It did not end within this time, and was killed.
-    TimedOut(Duration),
+    /// It was ended by a signal.
+    Signalled {
+        /// The signal, in words.
+        how: String,
+        /// Standard output until then, if it was piped.
+        stdout: String,
+    },
+    /// It did not end in time, and was killed.
+    TimedOut {
+        /// Longest time that it had.
+        limit: Duration,
+        /// Standard output until then, if it was piped.
+        stdout: String,
+    },
     /// It could not be started or waited for.
     NotStarted(std::io::Error),
 }
@@ -29,8 +39,8 @@ impl fmt::Display for ChildEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Exited { code, .. } => write!(f, "the process ended with code {code}"),
-            Self::Signalled(how) => write!(f, "the process was ended by {how}"),
-            Self::TimedOut(limit) => write!(f, "the process did not end within {} s", limit.as_secs_f64()),
+            Self::Signalled { how, .. } => write!(f, "the process was ended by {how}"),
+            Self::TimedOut { limit, .. } => write!(f, "the process did not end within {} s", limit.as_secs_f64()),
             Self::NotStarted(error) => write!(f, "the process could not be started: {error}"),
         }
     }
@@ -54,9 +64,9 @@ pub fn run_to_end(command: &mut Command, limit: Option<Duration>) -> ChildEnd {
     match wait(&mut child, limit) {
         Ok(Some(status)) => match status.code() {
             Some(code) => ChildEnd::Exited { code, stdout: text_of(stdout), stderr: text_of(stderr) },
-            None => ChildEnd::Signalled(signal(status)),
+            None => ChildEnd::Signalled { how: signal(status), stdout: text_of(stdout) },
         },
-        Ok(None) => ChildEnd::TimedOut(limit.unwrap_or_default()),
+        Ok(None) => ChildEnd::TimedOut { limit: limit.unwrap_or_default(), stdout: text_of(stdout) },
         Err(error) => ChildEnd::NotStarted(error),
     }
 }

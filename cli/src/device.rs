@@ -4,6 +4,7 @@ use crate::args::{Cli, DeviceCommand, DoctorArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{print, print_json};
 use crate::search::search_path;
+use crate::survey::{Surveyed, answer, survey};
 use pliant_host::{Finding, Library, ParamSettings, PluginInfo, PluginKind, SearchPath, probe_device, realtime_rights};
 use pliant_plugin_api::abi;
 use serde_json::{Value, json};
@@ -13,9 +14,14 @@ use std::process::Command;
 
 /// Lists devices, finds out what they lack, or emulates one.
 pub fn device(cli: &Cli, command: &DeviceCommand) -> Result<Outcome, Failure> {
+    if let DeviceCommand::List(args) = command
+        && !args.child.is_empty()
+    {
+        return answer(&args.child, |library, _| devices_json(library));
+    }
     let search = search_path(cli)?;
     match command {
-        DeviceCommand::List => list(cli, &search),
+        DeviceCommand::List(_) => list(cli, &search),
         DeviceCommand::Doctor(args) => doctor(cli, &search, args),
         DeviceCommand::Emulate { name, args } => emulate(&search, name, args),
     }
@@ -23,10 +29,14 @@ pub fn device(cli: &Cli, command: &DeviceCommand) -> Result<Outcome, Failure> {
 
 /// A device plugin and what its device needs.
 struct ProbedDevice {
-    library: &'static Library,
-    info: &'static PluginInfo,
-    /// Findings of the plugin; `None` if it has no probe.
-    findings: Option<Vec<Finding>>,
+    /// Id of the plugin.
+    id: String,
+    name: String,
+    summary: String,
+    /// Path of its library.
+    path: String,
+    /// Findings of the plugin; none if it has no probe.
+    findings: Vec<Finding>,
 }
 
 impl ProbedDevice {
@@ -34,27 +44,56 @@ impl ProbedDevice {
     fn probe(library: &'static Library, info: &'static PluginInfo, settings: &ParamSettings) -> Self {
         let failed = |error: &dyn std::fmt::Display| vec![Finding::missing("plugin", error.to_string(), "")];
         let findings = probe_device(library, &info.id, settings).unwrap_or_else(|error| Some(failed(&error)));
-        Self { library, info, findings }
+        Self {
+            id: info.id.clone(),
+            name: info.name.clone(),
+            summary: info.summary.clone(),
+            path: library.path().display().to_string(),
+            findings: findings.unwrap_or_default(),
+        }
     }
 
     /// The first finding that keeps the device from being used.
     fn first_error(&self) -> Option<&Finding> {
-        self.findings.iter().flatten().find(|f| f.severity >= abi::ERROR)
+        self.findings.iter().find(|f| f.severity >= abi::ERROR)
     }
 
     /// The device as JSON.
     fn json(&self) -> Value {
         json!({
-            "id": self.info.id, "name": self.info.name, "summary": self.info.summary, "path": self.library.path(),
+            "id": self.id, "name": self.name, "summary": self.summary, "path": self.path,
             "usable": self.first_error().is_none(),
-            "findings": self.findings.iter().flatten().map(finding_json).collect::<Vec<_>>(),
+            "findings": self.findings.iter().map(finding_json).collect::<Vec<_>>(),
         })
     }
+
+    /// The device of [`ProbedDevice::json`].
+    fn from_json(device: &Value) -> Self {
+        let [id, name, summary, path] = ["id", "name", "summary", "path"].map(|key| text(device, key));
+        let findings = device["findings"].as_array().into_iter().flatten().map(finding_from_json).collect();
+        Self { id, name, summary, path, findings }
+    }
+}
+
+/// The text at a key; empty if there is none.
+fn text(value: &Value, key: &str) -> String {
+    value[key].as_str().unwrap_or_default().to_owned()
 }
 
 /// A finding as JSON.
 fn finding_json(f: &Finding) -> Value {
     json!({ "what": f.what, "state": state(f), "found": f.found, "remedy": f.remedy })
+}
+
+/// The finding of [`finding_json`].
+fn finding_from_json(finding: &Value) -> Finding {
+    let severity = match finding["state"].as_str() {
+        Some("good") => abi::INFO,
+        Some("warning") => abi::WARNING,
+        _ => abi::ERROR,
+    };
+    let [what, found, remedy] = ["what", "found", "remedy"].map(|key| text(finding, key));
+    Finding { severity, what, found, remedy }
 }
 
 /// The word for the severity of a finding.
@@ -67,23 +106,26 @@ fn state(finding: &Finding) -> &'static str {
 }
 
 /// Every device plugin that is found, and a finding for each library that cannot be opened: it could be the device that is looked for.
-fn probe_all(search: &SearchPath) -> (Vec<ProbedDevice>, Vec<Finding>) {
+fn probe_all(search: &SearchPath) -> Result<(Vec<ProbedDevice>, Vec<Finding>), Failure> {
     let (mut probed, mut unusable) = (Vec::new(), Vec::new());
-    for found in search.scan() {
-        match Library::open(&found.path) {
-            Ok(library) => {
-                let devices = library.plugins().iter().filter(|p| p.kind == PluginKind::Device);
-                probed.extend(devices.map(|info| ProbedDevice::probe(library, info, &ParamSettings::new())));
-            }
-            Err(error) => unusable.push(Finding::missing(format!("plugin `{}`", found.name), error.to_string(), "")),
+    for Surveyed { found, answer } in survey(search.scan(), ["device", "list"])? {
+        match answer {
+            Ok(devices) => probed.extend(devices.as_array().into_iter().flatten().map(ProbedDevice::from_json)),
+            Err(error) => unusable.push(Finding::missing(format!("plugin `{}`", found.name), error, "")),
         }
     }
-    (probed, unusable)
+    Ok((probed, unusable))
+}
+
+/// The devices of a library, with what they need, as JSON.
+fn devices_json(library: &'static Library) -> Value {
+    let devices = library.plugins().iter().filter(|plugin| plugin.kind == PluginKind::Device);
+    devices.map(|info| ProbedDevice::probe(library, info, &ParamSettings::new()).json()).collect()
 }
 
 /// `pliant device list`.
 fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
-    let (all, unusable) = probe_all(search);
+    let (all, unusable) = probe_all(search)?;
     let outcome = if unusable.is_empty() { Outcome::Done } else { Outcome::Plugin };
     if cli.json {
         let rows: Vec<Value> = all.iter().map(ProbedDevice::json).collect();
@@ -94,7 +136,7 @@ fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
     let line = |device: &ProbedDevice| {
         let state =
             device.first_error().map_or("usable".into(), |f| format!("not usable now: {}: {}", f.what, f.found));
-        format!("{:<14} {:<48} {state}", device.info.id, device.info.summary)
+        format!("{:<14} {:<48} {state}", device.id, device.summary)
     };
     let mut lines: Vec<String> = all.iter().map(line).collect();
     lines.extend(unusable.iter().map(|finding| format!("{:<14} {}: {}", "unusable", finding.what, finding.found)));
@@ -105,7 +147,7 @@ fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
 /// `pliant device doctor`.
 fn doctor(cli: &Cli, search: &SearchPath, args: &DoctorArgs) -> Result<Outcome, Failure> {
     let (devices, unusable) = match &args.name {
-        None => probe_all(search),
+        None => probe_all(search)?,
         Some(name) => (vec![probe_one(search, name, &args.set)?], Vec::new()),
     };
     let mut machine = vec![realtime_rights()];
@@ -123,10 +165,10 @@ fn doctor(cli: &Cli, search: &SearchPath, args: &DoctorArgs) -> Result<Outcome, 
     let mut lines = vec!["this machine".to_owned()];
     lines.extend(machine.iter().flat_map(finding_lines));
     for device in &devices {
-        lines.push(format!("{}: {}", device.info.id, device.info.summary));
-        match device.findings.as_deref() {
-            None | Some([]) => lines.push("  good     needs nothing".into()),
-            Some(findings) => lines.extend(findings.iter().flat_map(finding_lines)),
+        lines.push(format!("{}: {}", device.id, device.summary));
+        match &device.findings[..] {
+            [] => lines.push("  good     needs nothing".into()),
+            findings => lines.extend(findings.iter().flat_map(finding_lines)),
         }
     }
     print(&lines.join("\n"))?;

@@ -47,7 +47,7 @@ fn window_renderer() -> Result<String, String> {
             let said = said.strip_prefix("error: ").unwrap_or(&said);
             Err(if said.is_empty() { format!("{} ended with code {code}", program.display()) } else { said.into() })
         }
-        end @ (ChildEnd::Signalled(_) | ChildEnd::TimedOut(_) | ChildEnd::NotStarted(_)) => {
+        end @ (ChildEnd::Signalled { .. } | ChildEnd::TimedOut { .. } | ChildEnd::NotStarted(_)) => {
             Err(format!("{}: {end}", program.display()))
         }
     }

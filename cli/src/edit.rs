@@ -17,7 +17,7 @@ pub fn edit(cli: &Cli, args: &EditArgs) -> Result<Outcome, Failure> {
     match run_to_end(Command::new(&program).args(window_arguments(cli, args)), None) {
         ChildEnd::Exited { code, .. } => Outcome::from_exit_code(code)
             .ok_or_else(|| Failure::plugin(format!("{}: ended with code {code}", program.display()))),
-        end @ (ChildEnd::Signalled(_) | ChildEnd::TimedOut(_) | ChildEnd::NotStarted(_)) => {
+        end @ (ChildEnd::Signalled { .. } | ChildEnd::TimedOut { .. } | ChildEnd::NotStarted(_)) => {
             Err(Failure::plugin(format!("{}: {end}", program.display())))
         }
     }

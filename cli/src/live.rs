@@ -7,7 +7,7 @@ use crate::run_end::{print_summary, run_outcome, strict_outcome};
 use crate::scene_session::{OpenedScene, open_scene};
 use crate::stop::RunStop;
 use pliant_live::{LiveSession, LiveSettings};
-use pliant_record::{Recorder, RecordingInputs, RecordingWriter};
+use pliant_record::{Recorder, RecordingInputs, RecordingWriter, RunOutputs};
 use std::time::Instant;
 
 /// Runs a scene in real time with its devices.
@@ -24,7 +24,8 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     }
     let noted = session.warnings().len();
     let folder = args.out_folder();
-    let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
+    let outputs = RunOutputs { folder: &folder, recording: args.record.as_deref() };
+    let mut recorder = Recorder::new(&scene, &source, &session, outputs, began)?;
     let mesh = args.scene.mesh.as_deref();
     let inputs =
         RecordingInputs { scene: &scene, source: &source, session: &session, mesh, live: true, history: false };
@@ -50,10 +51,12 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let live_summary = live.finish();
     let panicked = live_summary.panicked;
     recorder.live = Some(live_summary);
-    recording.map(RecordingWriter::finish).transpose()?;
+    // The results are kept even if the recording cannot be.
+    let recorded = recording.map(RecordingWriter::finish).transpose();
     let summary = recorder.finish(&mut session, stopped)?;
     print_summary(&summary, &folder, cli.json, args.quiet)?;
     note_warnings(&summary.warnings[noted.min(summary.warnings.len())..]);
+    recorded?;
     if panicked {
         return Err(Failure::plugin("the haptic thread ended by a panic; the devices were stopped"));
     }

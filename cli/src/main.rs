@@ -36,6 +36,7 @@ mod sample;
 mod scene_session;
 mod search;
 mod stop;
+mod survey;
 
 use args::{Cli, Command};
 use clap::{CommandFactory, Parser};

@@ -6,6 +6,7 @@ use crate::new::new;
 use crate::outcome::{Failure, Outcome};
 use crate::output::{print, print_json};
 use crate::search::search_path;
+use crate::survey::{Surveyed, answer, survey};
 use pliant_host::{ChoiceSource, Library, ParamInfo, ParamKind, PluginInfo, PluginKind, SearchPath, choice_sources};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -13,9 +14,14 @@ use std::path::Path;
 
 /// Lists plugins, shows one, begins one, or checks one.
 pub fn plugin(cli: &Cli, command: &PluginCommand) -> Result<Outcome, Failure> {
+    if let PluginCommand::List(args) = command
+        && !args.child.is_empty()
+    {
+        return answer(&args.child, plugins_json);
+    }
     let search = search_path(cli)?;
     match command {
-        PluginCommand::List => list(cli, &search),
+        PluginCommand::List(_) => list(cli, &search),
         PluginCommand::Info { name } => info(cli, &search, name),
         PluginCommand::New(args) => new(cli, args),
         PluginCommand::Check(args) => check(cli, args),
@@ -25,20 +31,19 @@ pub fn plugin(cli: &Cli, command: &PluginCommand) -> Result<Outcome, Failure> {
 /// `pliant plugin list`. A library that cannot be opened is listed with the reason, and the exit code is 3.
 fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
     let (mut rows, mut lines, mut outcome) = (Vec::new(), Vec::new(), Outcome::Done);
-    for found in search.scan() {
-        match Library::open(&found.path) {
-            Ok(library) => {
-                for p in library.plugins() {
-                    lines.push(format!("{:<11} {:<20} {:<8} {}", p.kind.name(), p.id, p.version, found.path.display()));
-                    rows.push(plugin_json(p, &found.path, &[]));
+    for Surveyed { found, answer } in survey(search.scan(), ["plugin", "list"])? {
+        match answer {
+            Ok(plugins) => {
+                for plugin in plugins.as_array().into_iter().flatten() {
+                    let [kind, id, version] = ["kind", "id", "version"].map(|key| plugin[key].as_str().unwrap_or("-"));
+                    lines.push(format!("{kind:<11} {id:<20} {version:<8} {}", found.path.display()));
+                    rows.push(plugin.clone());
                 }
             }
             Err(error) => {
                 outcome = Outcome::Plugin;
                 lines.push(format!("{:<11} {:<20} {:<8} {error}", "unusable", found.name, "-"));
-                rows.push(
-                    json!({ "name": found.name, "path": found.path.display().to_string(), "error": error.to_string() }),
-                );
+                rows.push(json!({ "name": found.name, "path": found.path.display().to_string(), "error": error }));
             }
         }
     }
@@ -51,6 +56,11 @@ fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
         print(&lines.join("\n"))?;
     }
     Ok(outcome)
+}
+
+/// The plugins of a library as JSON.
+fn plugins_json(library: &'static Library, path: &Path) -> Value {
+    library.plugins().iter().map(|plugin| plugin_json(plugin, path, &[])).collect()
 }
 
 /// `pliant plugin info`.

@@ -84,11 +84,11 @@ fn open_recorded(cli: &Cli, args: &ReplayArgs, recording: &Recording) -> Result<
     }
     let plan = Plan::new(&scene, &source)?;
     let options = Options {
-        search: search_path(cli)?,
-        threads: args.threads,
+        oversubscribe: args.oversubscribe,
         mesh: header.mesh.clone(),
         recorded: Some(recording.devices.clone()),
         memory: args.memory.unwrap_or_default(),
+        ..Options::new(search_path(cli)?, args.threads)
     };
     let mut session = Session::open(&scene, &source, plan, &options)?;
     let in_use: Vec<&String> = session.devices.iter().map(|slot| &slot.name).collect();

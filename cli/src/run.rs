@@ -8,7 +8,7 @@ use crate::output::{note_warnings, progress_bar};
 use crate::run_end::{print_summary, run_outcome, strict_outcome};
 use crate::scene_session::{OpenedScene, open_scene};
 use crate::stop::RunStop;
-use pliant_record::{Recorder, RecordingInputs, RecordingWriter};
+use pliant_record::{Recorder, RecordingInputs, RecordingWriter, RunOutputs};
 use std::time::Instant;
 
 /// Runs a scene, in a process of its own or in real time if asked for.
@@ -23,7 +23,8 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let OpenedScene { scene, source, mut session } = open_scene(cli, &args.scene)?;
     let noted = session.warnings().len();
     let folder = args.out_folder();
-    let mut recorder = Recorder::new(&scene, &source, &session, &folder, began)?;
+    let outputs = RunOutputs { folder: &folder, recording: args.record.as_deref() };
+    let mut recorder = Recorder::new(&scene, &source, &session, outputs, began)?;
     let mesh = args.scene.mesh.as_deref();
     let inputs =
         RecordingInputs { scene: &scene, source: &source, session: &session, mesh, live: false, history: false };
@@ -48,9 +49,11 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     bar.finish_and_clear();
     // Before anything is written.
     session.stop_devices();
-    recording.map(RecordingWriter::finish).transpose()?;
+    // The results are kept even if the recording cannot be.
+    let recorded = recording.map(RecordingWriter::finish).transpose();
     let summary = recorder.finish(&mut session, stopped)?;
     print_summary(&summary, &folder, cli.json, args.quiet)?;
     note_warnings(&summary.warnings[noted.min(summary.warnings.len())..]);
+    recorded?;
     Ok(strict_outcome(run_outcome(&summary), &summary, args.scene.strict))
 }

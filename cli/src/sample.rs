@@ -4,7 +4,7 @@ use crate::args::{Cli, SampleArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{note, print_json};
 use pliant_mesh::sample::{sample as sample_model, sample_materials};
-use pliant_record::AtomicFile;
+use pliant_record::{AtomicFile, check_replaceable};
 use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -19,6 +19,7 @@ pub fn sample(cli: &Cli, args: &SampleArgs) -> Result<Outcome, Failure> {
         if path.exists() && !args.force {
             return Err(Failure::input(format!("{} exists already; --force overwrites it", path.display())));
         }
+        check_replaceable(path)?;
     }
     write(&mtl, &materials)?;
     write(&obj, &model)?;

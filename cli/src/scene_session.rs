@@ -25,11 +25,10 @@ pub fn open_scene(cli: &Cli, args: &SceneArgs) -> Result<OpenedScene, Failure> {
     let plan = Plan::new(&scene, &source)?;
     let search = search_path(cli)?;
     let options = Options {
-        search,
-        threads: args.threads,
+        oversubscribe: args.oversubscribe,
         mesh: args.mesh.clone(),
-        recorded: None,
         memory: args.memory.unwrap_or_default(),
+        ..Options::new(search, args.threads)
     };
     let session = Session::open(&scene, &source, plan, &options)?;
     let warnings = session.warnings();

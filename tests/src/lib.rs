@@ -340,6 +340,8 @@ pub fn open_file(path: &Path, threads: usize, mesh: Option<PathBuf>) -> pliant_e
     use pliant_engine::session;
     let (scene, source) = scene::load(path, &[]).unwrap_or_else(|e| panic!("{e}"));
     let plan = Plan::new(&scene, &source).unwrap_or_else(|e| panic!("{e}"));
-    let options = session::Options { mesh, ..session::Options::new(SearchPath::new(&[deps()]), threads) };
+    // As many threads as a test asks for, on any machine.
+    let options =
+        session::Options { mesh, oversubscribe: true, ..session::Options::new(SearchPath::new(&[deps()]), threads) };
     session::Session::open(&scene, &source, plan, &options).unwrap_or_else(|e| panic!("{e}"))
 }

@@ -1,5 +1,6 @@
 //! Arguments of `pliant device`.
 
+use super::plugin::ListArgs;
 use super::values::setting;
 use clap::{Args, Subcommand};
 
@@ -19,7 +20,7 @@ pub struct DeviceArgs {
 #[derive(Subcommand)]
 pub enum DeviceCommand {
     /// List the device plugins, and whether their devices can be used now
-    List,
+    List(ListArgs),
     /// Show what devices need, what is missing, and how to get it; exit code 1 if something is missing
     Doctor(DoctorArgs),
     /// Run the program that emulates a device's hardware

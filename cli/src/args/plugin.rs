@@ -20,7 +20,7 @@ pub struct PluginArgs {
 #[derive(Subcommand)]
 pub enum PluginCommand {
     /// List the plugins that are found, with their files
-    List,
+    List(ListArgs),
     /// Show the parameters of a plugin with units, ranges and defaults
     Info {
         /// Name of the plugin, or path of its library
@@ -30,6 +30,14 @@ pub enum PluginCommand {
     New(NewArgs),
     /// Run the conformance suite on a library: a process and a line for each case
     Check(CheckArgs),
+}
+
+/// Arguments of `pliant plugin list` and `pliant device list`.
+#[derive(Args)]
+pub struct ListArgs {
+    /// Libraries that a child process opens (see `survey.rs`)
+    #[arg(long, hide = true, num_args = 1.., value_name = "FILE")]
+    pub child: Vec<PathBuf>,
 }
 
 /// Arguments of `pliant plugin new`.

@@ -30,9 +30,12 @@ pub struct SceneArgs {
     /// Value that takes the place of the scene's, for example body.0.material.params.young=2e5; may be given more than once
     #[arg(long, value_name = "PATH=VALUE", value_parser = setting)]
     pub set: Vec<(String, String)>,
-    /// Number of threads; 0 uses all processors. Results do not depend on it
+    /// Number of threads, at most that of the processors; 0 uses all. Results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,
+    /// Start as many threads as asked for, also on fewer processors: slow, for tests of results across numbers of threads
+    #[arg(long)]
+    pub oversubscribe: bool,
     /// Largest memory of the session, such as "4 GB"; a scene that is estimated to need more is refused [default: three quarters of the machine's]
     #[arg(long, value_name = "SIZE", value_parser = memory)]
     pub memory: Option<MemoryBudget>,
@@ -101,9 +104,12 @@ pub struct ReplayArgs {
     /// Value that takes the place of the recorded scene's: the same hands on another material
     #[arg(long, value_name = "PATH=VALUE", value_parser = setting)]
     pub set: Vec<(String, String)>,
-    /// Number of threads; 0 uses all processors. Results do not depend on it
+    /// Number of threads, at most that of the processors; 0 uses all. Results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,
+    /// Start as many threads as asked for, also on fewer processors: slow, for tests of results across numbers of threads
+    #[arg(long)]
+    pub oversubscribe: bool,
     /// Largest memory of the session, such as "4 GB"; a scene that is estimated to need more is refused [default: three quarters of the machine's]
     #[arg(long, value_name = "SIZE", value_parser = memory)]
     pub memory: Option<MemoryBudget>,

@@ -12,6 +12,7 @@ use pliant_batch::{
     run, serve,
 };
 use pliant_engine::memory::format_bytes;
+use pliant_record::check_replaceable;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::path::Path;
@@ -39,6 +40,8 @@ pub fn run_sweep(cli: &Cli, args: &BatchRunArgs, file: &Path) -> Result<Outcome,
     if args.dry_run {
         return dry_run(cli, &sweep, &options);
     }
+    let table = folder.join("results.csv");
+    check_replaceable(&table)?;
     options.isolation = Some(Isolation::new(child_command()?));
     options.stop = stop_flag();
     let title = sweep.title.clone();
@@ -48,7 +51,7 @@ pub fn run_sweep(cli: &Cli, args: &BatchRunArgs, file: &Path) -> Result<Outcome,
     let whole = args.shard == Shard::default() && !end.stopped;
     if whole {
         let mut collected = collect(std::slice::from_ref(&folder), CollectOptions::default())?;
-        write_table(&mut collected.table, &folder.join("results.csv"))?;
+        write_table(&mut collected.table, &table)?;
     }
     if cli.json {
         print_json(&end)?;

@@ -4,7 +4,7 @@ use crate::args::{Cli, CollectArgs, PlotArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{count, note, print_json};
 use pliant_batch::{CollectOptions, Collected, Format, PlotOptions, Table, collect, plot};
-use pliant_record::AtomicFile;
+use pliant_record::{AtomicFile, check_replaceable};
 use serde_json::json;
 use std::io::Write;
 use std::path::Path;
@@ -14,6 +14,7 @@ pub fn collect_table(cli: &Cli, args: &CollectArgs) -> Result<Outcome, Failure> 
     let output = args.output.clone().unwrap_or_else(|| args.folders[0].join("results.csv"));
     // Found before anything is read.
     Format::of(&output).map_err(Failure::input)?;
+    check_replaceable(&output)?;
     let options = CollectOptions { mixed: args.mixed, timings: args.timings };
     let mut collected = collect(&args.folders, options)?;
     write_table(&mut collected.table, &output)?;
@@ -41,11 +42,12 @@ pub(super) fn write_table(table: &mut Table, path: &Path) -> Result<(), Failure>
 
 /// Draws a column of the table over another.
 pub fn plot_table(cli: &Cli, args: &PlotArgs) -> Result<Outcome, Failure> {
+    let name = format!("{}-over-{}.svg", args.y, args.x).replace(['/', ' '], "-");
+    let output = args.output.clone().unwrap_or_else(|| args.folder.join(name));
+    check_replaceable(&output)?;
     let mut collected = collect(std::slice::from_ref(&args.folder), CollectOptions::default())?;
     let options = PlotOptions { x: args.x.clone(), y: args.y.clone(), by: args.by.clone(), heat: args.heat };
     let svg = plot(&mut collected.table, &options)?;
-    let name = format!("{}-over-{}.svg", args.y, args.x).replace(['/', ' '], "-");
-    let output = args.output.clone().unwrap_or_else(|| args.folder.join(name));
     let mut file = AtomicFile::create_and_clean(&output)?;
     file.write_all(svg.as_bytes())?;
     file.finish()?;

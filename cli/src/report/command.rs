@@ -7,12 +7,12 @@ use crate::outcome::{Failure, Outcome};
 use crate::output::{note, print, print_json, progress_bar, set_message};
 use crate::search::search_path;
 use crate::stop::stop_flag;
-use pliant_engine::session::CancelToken;
+use pliant_engine::session::{CancelToken, processors};
 use pliant_mesh::read::read_text;
 use pliant_report::{
     AccuracyCatalogue, Clock, Comparison, Document, Journal, Measurements, PerformanceCatalogue, Progress,
-    ReportBuilder, ReportContext, ReportKind, ReportOptions, Row, SceneInput, StabilityCatalogue, accuracy, compare,
-    markdown, performance, self_convergence, stability, write_report,
+    ReportBuilder, ReportContext, ReportKind, ReportOptions, Row, SceneInput, StabilityCatalogue, accuracy,
+    check_report_folder, compare, markdown, performance, self_convergence, stability, write_report,
 };
 use std::path::{Path, PathBuf};
 
@@ -37,6 +37,7 @@ pub fn report(cli: &Cli, command: &ReportCommand) -> Result<Outcome, Failure> {
     }
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(format!("report-{}", kind.name())));
     let baseline = args.baseline.as_deref().map(read_baseline).transpose()?;
+    check_report_folder(&folder)?;
     let mut journal = open_journal(&folder, args.fresh)?;
     let stop = stop_flag();
     let bar = progress_bar("{bar:24} {pos}/{len} runs  {elapsed} gone, {eta} left  {msg}", 1, args.quiet || cli.json);
@@ -83,9 +84,16 @@ pub fn report(cli: &Cli, command: &ReportCommand) -> Result<Outcome, Failure> {
 
 /// The options of a report.
 fn options(cli: &Cli, args: &ReportOptionArgs) -> Result<ReportOptions, Failure> {
-    let threads = match args.threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        given => given,
+    let threads = match (args.threads, processors()) {
+        (0, processors) => processors,
+        (asked, processors) if asked > processors => {
+            note(&format!(
+                "warning: {asked} threads are asked for and there are {processors} processors, so the report runs on {processors}; allowed is up to \
+                 {processors}, or 0 for all"
+            ));
+            processors
+        }
+        (asked, _) => asked,
     };
     Ok(ReportOptions {
         search: search_path(cli)?,

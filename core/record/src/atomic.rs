@@ -27,6 +27,8 @@ pub struct AtomicFile {
     shown: PathBuf,
     /// The temporary file.
     writer: BufWriter<NamedTempFile>,
+    /// Whether it is flushed to the disk before it gets its name.
+    is_flushed: bool,
 }
 
 impl AtomicFile {
@@ -48,6 +50,14 @@ impl AtomicFile {
         Ok(file)
     }
 
+    /// As [`AtomicFile::create_shown`], for one of the files of a folder that its user flushes to the disk, all together.
+    ///
+    /// # Errors
+    /// As for [`AtomicFile::create`].
+    pub(crate) fn create_staged(path: &Path, shown: &Path) -> io::Result<Self> {
+        Ok(Self { is_flushed: false, ..Self::create_shown(path, shown)? })
+    }
+
     /// As [`AtomicFile::create`], with another path in errors, for a file in a folder that will be renamed.
     ///
     /// # Errors
@@ -63,7 +73,8 @@ impl AtomicFile {
                 .map_err(|e| error_at(shown, e))?;
             if lock_new(file.as_file(), file.path()) {
                 let (path, shown) = (path.to_path_buf(), shown.to_path_buf());
-                return Ok(Self { path, shown, writer: BufWriter::with_capacity(BUFFER, file) });
+                let writer = BufWriter::with_capacity(BUFFER, file);
+                return Ok(Self { path, shown, writer, is_flushed: true });
             }
         }
         Err(error_at(shown, io::Error::other("its temporary file was removed each time it was created")))
@@ -74,11 +85,15 @@ impl AtomicFile {
     /// # Errors
     /// The error of the file system, with the path; a file that was there stays.
     pub fn finish(self) -> io::Result<()> {
-        let Self { path, shown, writer } = self;
+        let Self { path, shown, writer, is_flushed } = self;
         let file = writer.into_inner().map_err(|e| error_at(&shown, e.into_error()))?;
-        file.as_file().sync_all().map_err(|e| error_at(&shown, e))?;
+        if is_flushed {
+            file.as_file().sync_all().map_err(|e| error_at(&shown, e))?;
+        }
         file.persist(&path).map_err(|e| error_at(&shown, e.error))?;
-        sync_folder(folder_of(&path));
+        if is_flushed {
+            sync_folder(folder_of(&path));
+        }
         Ok(())
     }
 }

@@ -1,12 +1,10 @@
-//! Inputs of a run: their digests for the summary, and their protection against being overwritten.
+//! Inputs of a run: their digests for the summary.
 
-use crate::atomic::{error_at, folder_of};
 use crate::content_hash::{hash_bytes, hash_file};
 use pliant_engine::body::Model;
 use pliant_engine::scene::Source;
 use pliant_engine::session::Session;
 use serde::Serialize;
-use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -33,7 +31,7 @@ pub(crate) enum InputHashes {
 impl InputHashes {
     /// Begins to compute the digests of the inputs of `session`.
     pub(crate) fn begin(source: &Source, session: &Session) -> Self {
-        let (scene, text) = (shown(&source.path), source.text.clone());
+        let (scene, text) = (shown(&source.path), source.text.to_string());
         let models: Vec<Arc<Model>> = models(session).map(Arc::clone).collect();
         let mut plugins: Vec<String> = session.loaded.iter().map(|l| l.path.clone()).collect();
         plugins.dedup();
@@ -75,43 +73,11 @@ impl InputHashes {
 }
 
 /// The models of a session, including those that are not simulated.
-fn models(session: &Session) -> impl Iterator<Item = &Arc<Model>> {
+pub(crate) fn models(session: &Session) -> impl Iterator<Item = &Arc<Model>> {
     session.bodies.iter().map(|body| &body.model).chain(session.standing.iter().map(|(_, model)| model))
 }
 
 /// A path as text; invalid UTF-8 is replaced.
 pub(crate) fn shown(path: &Path) -> String {
     path.display().to_string()
-}
-
-/// Checks that no file of `outputs` is an input of the run: its scene, a model, an obstacle, a field, fibres, a recording or a plugin.
-///
-/// # Errors
-/// Names the output and the kind of input.
-pub(crate) fn refuse_inputs(
-    outputs: impl Iterator<Item = PathBuf>,
-    source: &Source,
-    session: &Session,
-) -> io::Result<()> {
-    let files = models(session).map(|model| ("a model", model.document.name().to_path_buf()));
-    let files = files.chain(session.loaded.iter().map(|l| ("a plugin", PathBuf::from(&l.path))));
-    let files = files.chain(session.obstacle_files.iter().map(|path| ("an obstacle", path.clone())));
-    let files = files
-        .chain(session.field_files.iter().map(|path| ("a file of a field, of fibres or of a `fixed`", path.clone())));
-    let files = files.chain(session.recordings.iter().map(|hands| ("a recording", hands.path().to_path_buf())));
-    let inputs: Vec<(&str, PathBuf)> = files
-        .chain([("the scene", source.path.clone())])
-        .filter_map(|(what, path)| Some((what, path.canonicalize().ok()?)))
-        .collect();
-    for output in outputs {
-        // The folder of an output may not exist yet.
-        let Ok(folder) = folder_of(&output).canonicalize() else { continue };
-        let path = folder.join(output.file_name().unwrap_or_default());
-        let path = path.canonicalize().unwrap_or(path);
-        if let Some((what, _)) = inputs.iter().find(|(_, input)| *input == path) {
-            let text = format!("{what} of this run, which its results do not replace; choose another file or folder");
-            return Err(error_at(&output, io::Error::new(ErrorKind::AlreadyExists, text)));
-        }
-    }
-    Ok(())
 }

@@ -10,8 +10,8 @@
 //! # Example
 //! A session is run, recorded and summarised:
 //! ```no_run
-//! use pliant_engine::{memory::MemoryBudget, plan::Plan, scene, session::{Options, Session}};
-//! use pliant_record::{Recorder, RecordingInputs, RecordingWriter};
+//! use pliant_engine::{plan::Plan, scene, session::{Options, Session}};
+//! use pliant_record::{Recorder, RecordingInputs, RecordingWriter, RunOutputs};
 //! use std::{path::Path, time::Instant};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -19,10 +19,11 @@
 //! let (scene, source) = scene::load(Path::new("scenes/touch.toml"), &[])?;
 //! let plan = Plan::new(&scene, &source)?;
 //! let search = pliant_host::SearchPath::new(&[]);
-//! let options = Options { search, threads: 1, mesh: None, recorded: None, memory: MemoryBudget::default() };
+//! let options = Options::new(search, 1);
 //! let mut session = Session::open(&scene, &source, plan, &options)?;
 //!
-//! let mut recorder = Recorder::new(&scene, &source, &session, Path::new("out/touch"), began)?;
+//! let outputs = RunOutputs { folder: Path::new("out/touch"), recording: Some(Path::new("touch.rec")) };
+//! let mut recorder = Recorder::new(&scene, &source, &session, outputs, began)?;
 //! let inputs = RecordingInputs { scene: &scene, source: &source, session: &session, mesh: None, live: false, history: false };
 //! let mut recording = RecordingWriter::create(Path::new("touch.rec"), &inputs)?;
 //! for step in 1..=scene.time.steps() {
@@ -46,6 +47,7 @@ mod force_plot;
 mod inputs;
 mod machine;
 mod model;
+mod outputs;
 mod parts;
 mod plan_report;
 mod probe;
@@ -61,6 +63,7 @@ pub use content_hash::{ContentHasher, hash_bytes, hash_file};
 pub use inputs::InputHash;
 pub use machine::Machine;
 pub use model::{ModelShape, write_model, write_model_to};
+pub use outputs::{RunOutputs, check_replaceable};
 pub use plan_report::PlanReport;
 pub use probe::ProbeResult;
 pub use recorder::Recorder;

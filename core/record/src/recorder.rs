@@ -2,8 +2,9 @@
 
 use crate::atomic::{AtomicFile, error_at};
 use crate::force_plot::write_force_plot;
-use crate::inputs::{InputHashes, refuse_inputs};
+use crate::inputs::InputHashes;
 use crate::model::{write_model_to, write_tetrahedra_to};
+use crate::outputs::RunOutputs;
 use crate::parts::ModelParts;
 use crate::result_set::{FRAMES, ResultSet, SUMMARY, files_below};
 use crate::statistics::RunStatistics;
@@ -40,16 +41,25 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins recording into `folder`. `began` is the time at which opening the scene began.
+    /// Begins recording into the folder of `outputs` (or a folder, without a recording), after a check of all paths that the run writes. `began` is the time at which opening the
+    /// scene began.
     ///
     /// # Errors
     /// Fails for a folder that cannot be written to, into which another run writes, or in which a result would replace an input of the run or a
-    /// file that no run has written.
-    pub fn new(scene: &Scene, source: &Source, session: &Session, folder: &Path, began: Instant) -> io::Result<Self> {
+    /// file that no run has written; and for a recording in the place of an input, of a result or of what is no regular file.
+    pub fn new<'o>(
+        scene: &Scene,
+        source: &Source,
+        session: &Session,
+        outputs: impl Into<RunOutputs<'o>>,
+        began: Instant,
+    ) -> io::Result<Self> {
+        let outputs = outputs.into();
+        let folder = outputs.folder;
         let statistics = RunStatistics::new(source, session, began);
         let names = model_names(session).map(|(name, _)| name).chain(tetrahedra_names(session).map(|(name, _)| name));
         let names = names.chain(RESULTS.map(str::to_owned));
-        refuse_inputs(names.chain(part_names(folder)).map(|name| folder.join(name)), source, session)?;
+        outputs.check(names.chain(part_names(folder)), source, session)?;
         let parts = &scene.output.parts;
         let is_asked = *parts.get_ref() == PartsScene::Files;
         let results = ResultSet::begin(folder)?;
@@ -72,9 +82,9 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Begins a file of the results, by its path in the folder.
+    /// Begins a file of the results, by its path in the folder, to be flushed to the disk with the others.
     fn create(&self, name: &str) -> io::Result<AtomicFile> {
-        AtomicFile::create_shown(&self.results.path().join(name), &self.folder.join(name))
+        AtomicFile::create_staged(&self.results.path().join(name), &self.folder.join(name))
     }
 
     /// Records the last step of the session. `last`: no step comes after it.
@@ -137,7 +147,8 @@ impl Recorder {
         let shown = |file: PathBuf| file.to_string_lossy().replace('\\', "/");
         summary.inputs = self.hashes.take().map(InputHashes::finish).unwrap_or_default();
         summary.files = files_below(self.results.path())?.into_iter().map(shown).collect();
-        let mut file = self.create(SUMMARY)?;
+        self.results.flush()?;
+        let mut file = AtomicFile::create_shown(&self.results.path().join(SUMMARY), &self.folder.join(SUMMARY))?;
         serde_json::to_writer_pretty(&mut file, &summary)
             .map_err(|e| error_at(&self.folder.join(SUMMARY), e.into()))?;
         writeln!(file)?;

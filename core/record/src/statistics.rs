@@ -49,7 +49,7 @@ impl RunStatistics {
     pub fn new(source: &Source, session: &Session, began: Instant) -> Self {
         Self {
             scene: source.path.clone(),
-            settings: source.text.clone(),
+            settings: source.text.to_string(),
             began,
             open_seconds: began.elapsed().as_secs_f64(),
             probes: ProbeReader::new(session),

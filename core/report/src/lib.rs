@@ -80,4 +80,4 @@ pub use scene_run::SceneSource;
 pub use section::{Section, Table, TableRow};
 pub use self_convergence::{SceneInput, self_convergence};
 pub use stability::{StabilityCatalogue, stability};
-pub use write::{ReportFiles, write_report};
+pub use write::{ReportFiles, check_report_folder, write_report};

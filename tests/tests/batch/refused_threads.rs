@@ -42,9 +42,9 @@ fn absurd_numbers_of_threads_are_refused_by_every_verb() {
             refused.says(&[absurd, "allowed is 0 to 1024"]);
         }
     }
-    bench.pliant(&["plan", "small.toml", "--threads", "1024"]).expect(0);
+    bench.pliant(&["plan", "small.toml", "--threads", "1024", "--oversubscribe"]).expect(0);
     for allowed in ["0", "1", "16"] {
-        bench.pliant(&["run", "scene.toml", "-q", "--threads", allowed, "--out", allowed]).expect(0);
+        bench.pliant(&["run", "scene.toml", "-q", "--oversubscribe", "--threads", allowed, "--out", allowed]).expect(0);
         assert!(bench.read(&format!("{allowed}/final.obj")) == bench.read("0/final.obj"), "{allowed}");
     }
 }
@@ -52,7 +52,7 @@ fn absurd_numbers_of_threads_are_refused_by_every_verb() {
 #[test]
 fn a_run_without_threads_goes_on_alone_and_says_so() {
     let bench = bench();
-    let all = ["run", "scene.toml", "-q", "--threads", "4", "--out"];
+    let all = ["run", "scene.toml", "-q", "--oversubscribe", "--threads", "4", "--out"];
     bench.pliant(&[&all[..], &["whole"]].concat()).expect(0);
     assert_eq!(bench.summary("whole")["warnings"].as_array().map(Vec::len), Some(0));
     let mut warned = 0;

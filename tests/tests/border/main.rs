@@ -3,6 +3,7 @@
 mod conformance;
 mod contact_law_scenes;
 mod contact_laws;
+mod corrupted_libraries;
 mod old_binaries;
 mod plugin_check;
 mod plugin_faults;

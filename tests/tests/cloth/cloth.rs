@@ -175,3 +175,26 @@ fn a_fingertip_feels_what_it_takes_to_hold_the_cloth() {
     assert_eq!(inside.count(), 0, "no vertex is inside the tip");
     assert_eq!(session.events.count(EventKind::NotConverged) + session.events.count(EventKind::Quarantine), 0);
 }
+
+#[test]
+fn a_sheet_that_nothing_acts_on_is_at_equilibrium() {
+    // Turned, its forces at rest are rounding and not zero.
+    let turned = "rotation = { axis = [1, 2, 3], angle = 0.7 }\nposition = [0.3, 0.1, 0.2]";
+    let far = "[[device]]\nname = \"hand\"\nparams = { path = [[0, 5, 0, 0], [1, 5, 0, 0]] }\n\
+               [[tool]]\nname = \"tip\"\ndevice = \"hand\"\nradius = 0.005\n[[edit]]\nkind = \"touch\"\ntool = \"tip\"";
+    for pattern in ["alternating", "equilateral"] {
+        for place in ["", turned] {
+            let mut session =
+                sheet(pattern, [8; 2], [0.1; 2], "fabric = \"interlock\"", STATIC, &format!("{place}\n{far}"));
+            let before = session.bodies[0].system.nodes.x.clone();
+            for _ in 0..3 {
+                session.step();
+            }
+            let told = session.events.described();
+            assert_eq!(session.events.count(EventKind::NotConverged), 0, "{pattern} {place}: {told:?}");
+            let nodes = &session.bodies[0].system.nodes;
+            let moved = nodes.x.iter().zip(&before).map(|(x, from)| (x - from).norm()).fold(0.0, f64::max);
+            assert!(moved < 1e-12, "{pattern} {place}: {moved} m");
+        }
+    }
+}

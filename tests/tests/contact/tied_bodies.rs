@@ -215,6 +215,28 @@ fn ties_give_the_same_bytes_with_any_number_of_threads_and_after_a_snapshot() {
     assert_eq!(again(), again());
 }
 
+#[test]
+fn bodies_that_are_stitched_are_not_warned_of() {
+    let shape = "{ kind = \"box\", cells = 4, size = [0.04, 0.04, 0.02] }";
+    let bodies = solid("a", shape, [0.0; 3], 3, 5e4, "") + &solid("b", shape, [0.0, 0.0, 0.02], 3, 5e4, "");
+    let run = |stitch: &str, gravity: [f64; 3]| {
+        let time = "duration = 0.2\ndt = 2e-3\nintegrator = \"backward-euler\"";
+        let held = bodies.replacen(
+            "region = \"whole\" }\n",
+            "region = \"whole\" }\n[[body.fixed]]\nbox = [[-1, -1, -1], [1, 1, -0.009]]\n",
+            1,
+        );
+        let mut session = open(&scene(gravity, time, &(held + stitch)), 1);
+        run(&mut session, 0.2);
+        let codes = session.warnings().iter().map(|warning| warning.code.name()).collect::<Vec<_>>();
+        (session.tie_count(), codes)
+    };
+    // The weight presses the boxes into each other.
+    let (ties, codes) = run("[[stitch]]\nbodies = [\"a\", \"b\"]\ndistance = \"1 mm\"\n", [0.0, 0.0, -9.81]);
+    assert!(ties > 4 && codes.is_empty(), "{ties} ties: {codes:?}");
+    assert_eq!(run("", [0.0, 0.0, -9.81]), (0, vec!["bodies-meet"]));
+}
+
 /// Two blocks with a gap of this height (m) between them, the lower one held below, and a needle that presses the upper one from above.
 fn blocks(gap: f64, time: &str, keys: &str, duration: f64) -> String {
     let shape = "{ kind = \"box\", cells = 8, size = [0.04, 0.04, 0.02] }";

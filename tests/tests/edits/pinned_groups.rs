@@ -128,6 +128,18 @@ fn a_group_that_is_not_there_is_refused_and_an_empty_one_told() {
         "`rest`",
         "`nothing`",
     ]);
+    // Where nothing moves, too.
+    let text = String::from_utf8(bench.read("scene.toml")).expect("text");
+    let standing = text.replace("\npath = [[0, 0, 0, 0], [1, 1e-4, 0, 0]]", "");
+    let elsewhere =
+        ["[[body.field]]\nparam = \"young\"\nfactor = 2\ngroup = \"hold\"", "[[body.fixed]]\ngroup = \"hold\""];
+    for entry in elsewhere {
+        bench.write("scene.toml", standing.replace("[[body.fixed]]\ngroup = \"hold\"", entry));
+        let ran = bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(2);
+        ran.says(&["scene.toml:", "no group `hold` in the model; allowed is", "`held`", "`rest`", "`nothing`"]);
+    }
+    bench.write("scene.toml", standing.replace("hold", "held"));
+    bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(0);
     run("group = \"held\"\nbox = [[0, 0, 0], [1, 1, 1]]").expect(2).says(&["`box` and `group`; allowed is", "`group`"]);
     run("group = \"nothing\"").expect(0).says(&["fixes-nothing"]);
     let ran = run("group = \"held\"").expect(0);

@@ -204,7 +204,10 @@ fn a_blade_through_what_has_failed_replays() {
     bench.write("scene.toml", scene);
     let run = |threads: &str, more: &[&str]| {
         bench
-            .pliant(&[&["run", "scene.toml", "-q", "--threads", threads, "--out", "out"][..], more].concat())
+            .pliant(
+                &[&["run", "scene.toml", "-q", "--oversubscribe", "--threads", threads, "--out", "out"][..], more]
+                    .concat(),
+            )
             .expect(0);
         bench.read("out/final.obj")
     };

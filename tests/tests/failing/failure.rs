@@ -142,7 +142,17 @@ fn a_torn_membrane_has_the_same_bytes_on_any_number_of_threads() {
         let bench = Bench::new();
         let scene = root().join("scenes/tear.toml").display().to_string();
         // The scene's check, that it is torn through, is met at its end only.
-        let set = ["--set", "time.duration=0.15", "--set", "probe=[]", "--threads", threads, "--out", "out"];
+        let set = [
+            "--set",
+            "time.duration=0.15",
+            "--set",
+            "probe=[]",
+            "--oversubscribe",
+            "--threads",
+            threads,
+            "--out",
+            "out",
+        ];
         bench.pliant(&[&["run", &scene, "-q"], &set[..]].concat()).expect(0);
         bench.read("out/final.obj")
     };

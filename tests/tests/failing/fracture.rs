@@ -133,7 +133,7 @@ fn a_bar_that_snaps_has_the_same_bytes_on_any_number_of_threads() {
     let bench = Bench::new();
     let scene = root().join("scenes/snap.toml").display().to_string();
     let run = |threads: &str, more: &[&str]| {
-        let set = ["--set", "output.parts=\"files\"", "--threads", threads, "--out", "out"];
+        let set = ["--set", "output.parts=\"files\"", "--oversubscribe", "--threads", threads, "--out", "out"];
         bench.pliant(&[&["run", &scene, "-q"], &set[..], more].concat()).expect(0);
         ["final.obj", "final.vtk"].map(|name| bench.read(&format!("out/{name}")))
     };

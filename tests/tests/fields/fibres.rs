@@ -362,7 +362,7 @@ fn threads_and_replays_give_the_same_bytes() {
     let bench = Bench::new();
     bench.write("scene.toml", scene(fibres));
     bench.pliant(&["run", "scene.toml", "-q", "--out", "one", "--threads", "1", "--record", "hand.rec"]).expect(0);
-    bench.pliant(&["run", "scene.toml", "-q", "--out", "four", "--threads", "4"]).expect(0);
+    bench.pliant(&["run", "scene.toml", "-q", "--out", "four", "--threads", "4", "--oversubscribe"]).expect(0);
     bench.pliant(&["replay", "hand.rec", "--verify", "-q", "--out", "again"]).expect(0);
     let bytes = |out: &str| bench.read(&format!("{out}/final.obj"));
     assert!(bytes("one") == bytes("four") && bytes("one") == bytes("again"));

@@ -523,3 +523,12 @@ fn an_explicit_step_over_its_limit_is_refused_with_the_number() {
         assert_eq!(bench.names("."), ["scene.toml"]);
     }
 }
+
+#[test]
+fn a_tool_and_its_mirror_image_are_named_once() {
+    let bench = Bench::new();
+    let mirrored = SCENE.replace("kind = \"touch\"", "kind = \"touch\"\nsymmetry = \"xz\"");
+    bench.write("scene.toml", mirrored.replace("quantity = \"force\"", "quantity = \"force\"\nof = \"thumb\""));
+    let ran = bench.pliant(&["plan", "scene.toml"]).expect(2).says(&["no tool in use `thumb`; allowed is `finger`\n"]);
+    assert_eq!(ran.err.matches("`finger`").count(), 1, "{}", ran.err);
+}

@@ -9,6 +9,7 @@ mod cloth_files;
 mod file_faults;
 mod plan_json;
 mod results;
+mod run_paths;
 mod scenes;
 mod terminal;
 mod trust;

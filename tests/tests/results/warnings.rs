@@ -149,3 +149,37 @@ fn bodies_that_come_together_are_told() {
         assert_eq!(run(&bench), said, "{at} m");
     }
 }
+
+#[test]
+fn more_threads_than_processors_are_not_started_and_told() {
+    let bench = Bench::new();
+    bench.write("scene.toml", box_scene("", "", ""));
+    let processors = pliant_engine::session::processors();
+    let asked = (processors + 1).to_string();
+    let run = |out: &str, more: &[&str], code: i32| {
+        let args = [&["run", "scene.toml", "-q", "--record", "hand.rec", "--out", out], more].concat();
+        bench.pliant(&args).expect(code)
+    };
+    let ran = run("many", &["--threads", "1024"], 0);
+    ran.says(&["[fewer-threads] scene.toml: 1024 threads are asked for", &format!("allowed is up to {processors}")]);
+    let plan = bench.pliant(&["plan", "scene.toml", "--threads", &asked, "--json"]).expect(0);
+    assert_eq!(plan.json()["choices"]["threads"], processors);
+    for out in ["many", "strict"] {
+        let expected = if out == "many" { 0 } else { 2 };
+        let strict: &[&str] = if out == "many" { &[] } else { &["--strict"] };
+        run(out, &[&["--threads", &asked], strict].concat(), expected).says(&["fewer-threads"]);
+    }
+    assert_eq!(codes(&bench.summary("many")), ["fewer-threads"]);
+    assert_eq!(bench.summary("many")["choices"]["threads"], processors);
+    bench
+        .pliant(&["replay", "hand.rec", "-q", "--out", "again", "--threads", &asked])
+        .expect(0)
+        .says(&["fewer-threads"]);
+    // As many as there are, and more that are meant.
+    for (out, more) in [("all", &["--threads", "0"][..]), ("meant", &["--threads", &asked, "--oversubscribe"])] {
+        run(out, more, 0);
+        assert_eq!(codes(&bench.summary(out)), [""; 0], "{out}");
+        assert!(bench.read(&format!("{out}/final.obj")) == bench.read("many/final.obj"), "{out}");
+    }
+    assert_eq!(bench.summary("meant")["choices"]["threads"], processors + 1);
+}

@@ -239,8 +239,20 @@ fn touch(mesh: &TetBox) {
     let touch = "kind = \"touch\"\nend = 0.15\nrelease = \"keep\"\n";
     bench.write("kept.toml", pressed(touch));
     bench.write("undone.toml", pressed(&format!("{touch}[[edit]]\nkind = \"undo\"\nstart = 0.5\n")));
-    let ran =
-        bench.pliant(&["run", "kept.toml", "-q", "--out", "kept", "--threads", "2", "--record", "kept.rec"]).expect(0);
+    let ran = bench
+        .pliant(&[
+            "run",
+            "kept.toml",
+            "-q",
+            "--out",
+            "kept",
+            "--threads",
+            "2",
+            "--oversubscribe",
+            "--record",
+            "kept.rec",
+        ])
+        .expect(0);
     assert_eq!(ran.err, "", "no warning");
     bench.pliant(&["run", "kept.toml", "-q", "--out", "again", "--threads", "1"]).expect(0);
     bench.pliant(&["replay", "kept.rec", "-q", "--out", "replayed"]).expect(0);

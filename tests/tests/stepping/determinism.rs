@@ -78,7 +78,7 @@ fn the_same_on_any_vector_unit(bench: &Bench, settings: &[&str], what: &str) {
 fn the_same_for_any_number_of_threads(bench: &Bench, settings: &[&str], what: &str) {
     let mut first: Option<Vec<(String, Vec<u8>)>> = None;
     for (turn, threads) in ["1", "1", "2", "4"].iter().enumerate() {
-        let mut args = vec!["run", "scene.toml", "-q", "--out", "out", "--threads", threads];
+        let mut args = vec!["run", "scene.toml", "-q", "--out", "out", "--oversubscribe", "--threads", threads];
         settings.iter().for_each(|set| args.extend(["--set", set]));
         bench.pliant(&args).expect(0);
         let summary = bench.summary("out");

@@ -151,7 +151,7 @@ impl EditRunner<'_> {
         let plan = Plan::new(scene, source).map_err(|e| Failure::new(FailureClass::Scene, e))?;
         let (search, mesh) = (self.search.clone(), resolved.edit.model.clone());
         let memory = self.sweep.limits.memory.map_or_else(MemoryBudget::default, MemoryBudget::new);
-        let options = Options { search, threads: 1, mesh, recorded: None, memory };
+        let options = Options { mesh, memory, ..Options::new(search, 1) };
         let session =
             Session::open_shared(scene, source, plan, &options, self.parts).map_err(|e| Failure::of_opening(&e))?;
         Ok(OpenedEdit { session, steps: scene.time.steps(), source })

@@ -1,7 +1,7 @@
 //! The account of a session that is being opened: what its bodies take, within the budget.
 
 use super::budget::MemoryBudget;
-use super::estimate::{BodyMemory, total};
+use super::estimate::{BodyMemory, PROGRAM_BYTES};
 use super::size::format_bytes;
 
 /// Estimates of the bodies so far, and the budget they must keep to.
@@ -11,12 +11,14 @@ pub(crate) struct MemoryAccount {
     budget: MemoryBudget,
     /// The bodies, in the order of the scene.
     bodies: Vec<BodyMemory>,
+    /// Sum of their estimates, bytes.
+    sum: u128,
 }
 
 impl MemoryAccount {
     /// An account without bodies.
     pub(crate) fn new(budget: MemoryBudget) -> Self {
-        Self { budget, bodies: Vec::new() }
+        Self { budget, bodies: Vec::new(), sum: 0 }
     }
 
     /// Adds a body that takes nothing yet.
@@ -24,14 +26,17 @@ impl MemoryAccount {
         self.bodies.push(BodyMemory { body: name.into(), ..Default::default() });
     }
 
-    /// The estimate of the body `index` of the scene.
-    pub(crate) fn body(&mut self, index: usize) -> &mut BodyMemory {
-        &mut self.bodies[index]
+    /// Changes the estimate of the body `index` of the scene.
+    pub(crate) fn update(&mut self, index: usize, change: impl FnOnce(&mut BodyMemory)) {
+        let body = &mut self.bodies[index];
+        self.sum -= u128::from(body.total());
+        change(body);
+        self.sum += u128::from(body.total());
     }
 
     /// Memory of the program and of all bodies so far, bytes.
     pub(crate) fn taken(&self) -> u64 {
-        total(&self.bodies)
+        u64::try_from(u128::from(PROGRAM_BYTES) + self.sum).unwrap_or(u64::MAX)
     }
 
     /// Bytes that are left of the budget.
@@ -72,13 +77,15 @@ impl MemoryAccount {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::memory::estimate::total;
 
     #[test]
     fn a_body_over_the_budget_is_named_with_what_is_taken_and_what_would_fit() {
         let mut account = MemoryAccount::new(MemoryBudget::new(total(&[]) + 3_000_000));
         account.add_body("left");
-        account.body(0).model = 2_000_000;
+        account.update(0, |body| body.model = 2_000_000);
         account.add_body("right");
+        assert_eq!(account.taken(), total(&account.bodies));
         let check = |bytes| account.check("body `right`", bytes, "7 cells", |left| Some(format!("use {left} bytes")));
         assert_eq!(check(1_000_000), Ok(()));
         let text = check(1_000_001).unwrap_err();

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 /// The program, its plugins and threads without any body, bytes: all pages of a debug build (18 MB), system libraries (3 MB) and 3 MB of its
 /// own. How many of those pages are resident is the system's choice and differs from machine to machine.
-const PROGRAM_BYTES: u64 = 24_000_000;
+pub(super) const PROGRAM_BYTES: u64 = 24_000_000;
 /// Bytes for each byte of a model's file: the text, and the least that its lines become.
 const FILE_BYTE: u64 = 3;
 /// Bytes for each vertex and triangle of a model: document, surface, adjacency, tree, skin.

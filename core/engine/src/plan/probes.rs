@@ -62,7 +62,10 @@ impl Plan {
                 }
                 None => 0,
                 Some(name) => names.iter().position(|n| Some(*n) == whole).ok_or_else(|| {
-                    let known = list(names.iter().copied());
+                    // The mirror image of a tool has its name.
+                    let mut known: Vec<&str> = names.clone();
+                    known.dedup();
+                    let known = list(known.into_iter());
                     source.error(name.span(), format!("no {kind} `{}`; allowed is {known}", name.get_ref()))
                 })?,
             };

@@ -9,6 +9,7 @@
 //! digest of the state after it; `I`, the number of idle steps that follow it, in which no hand was present and neither forces nor state changed;
 //! `E`, the number of steps. Seeds are parameters of devices, and thus part of the scene.
 
+use super::recorded_path;
 use crate::session::SessionCommand;
 use pliant_host::Pose;
 use pliant_solver::Vec3;
@@ -75,10 +76,12 @@ pub struct RecordingHeader {
     /// Program and version that made the recording.
     pub program: String,
     /// Path of the scene; paths of models are relative to its folder.
+    #[serde(with = "recorded_path")]
     pub scene: PathBuf,
     /// Text of the scene, with `--set` applied.
     pub text: String,
     /// Model that replaces the first body's (`--mesh`).
+    #[serde(with = "recorded_path::optional", default)]
     pub mesh: Option<PathBuf>,
     /// Whether the run was live: tips on sheets are then driven by the virtual coupling.
     pub live: bool,
@@ -93,6 +96,7 @@ pub struct RecordingHeader {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RecordedFile {
     /// Absolute path at the time of recording.
+    #[serde(with = "recorded_path")]
     pub path: PathBuf,
     /// [`Digest`](super::Digest) of its content.
     pub digest: u64,

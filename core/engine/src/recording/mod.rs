@@ -9,6 +9,7 @@ mod decoding;
 mod digest;
 mod hands;
 mod read;
+mod recorded_path;
 
 pub use digest::{Digest, state_digest};
 pub use format::{RecordedFile, RecordedStep, RecordingHeader};

@@ -18,13 +18,13 @@ pub fn load(path: &Path, set: &[(String, String)]) -> Result<(Scene, Source), Sc
     let mut source = Source::new(path, "");
     let bytes = read_file(path, TEXT_LIMIT).map_err(|e| source.whole(format!("cannot be read: {e}")))?;
     if let Err(error) = std::str::from_utf8(&bytes) {
-        source.text = String::from_utf8_lossy(&bytes).into_owned();
+        source.text = String::from_utf8_lossy(&bytes).into();
         // The lossy text is the same up to the first invalid byte.
         let at = error.valid_up_to();
         return Err(source.error(at..at + 1, "not UTF-8 text; allowed is a TOML file in UTF-8"));
     }
     let text = String::from_utf8(bytes).expect("checked above");
-    source.text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
+    source.text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text).into();
     parse(source, set)
 }
 
@@ -38,7 +38,7 @@ pub fn load_text(path: &Path, text: String, set: &[(String, String)]) -> Result<
 
 fn parse(mut source: Source, set: &[(String, String)]) -> Result<(Scene, Source), SceneError> {
     if !set.is_empty() {
-        source.text = set::apply(&source, set)?;
+        source.text = set::apply(&source, set)?.into();
         source.changed = true;
     }
     let scene: Scene = toml::from_str(&source.text).map_err(|e| source.error(place(&e), plain(e.message())))?;

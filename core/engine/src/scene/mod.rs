@@ -8,12 +8,14 @@ mod params;
 mod schema;
 mod set;
 mod source;
+mod text;
 mod units;
 
 pub use load::{load, load_text};
 pub use params::settings;
 pub use schema::*;
 pub use source::{SceneError, Source};
+pub use text::SceneText;
 pub use units::{Length, Quantity, parse_quantity};
 
 /// The JSON Schema of scene files.

@@ -1,5 +1,6 @@
 //! The text of a scene, and errors with the line and column in it.
 
+use super::text::SceneText;
 use pliant_mesh::ObjDocument;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,7 +14,7 @@ pub struct Source {
     /// Path of the scene file.
     pub path: PathBuf,
     /// Text of the file, with `--set` applied.
-    pub text: String,
+    pub text: SceneText,
     /// Whether `--set` changed the text; line numbers may then differ from the file's.
     pub changed: bool,
     /// Models that the caller provides instead of files, by the value of a body's `mesh`.
@@ -78,7 +79,7 @@ impl SceneError {
 
 impl Source {
     /// A scene with this text, read from `path`.
-    pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
+    pub fn new(path: impl Into<PathBuf>, text: impl Into<SceneText>) -> Self {
         let (documents, factors) = (BTreeMap::new(), BTreeMap::new());
         Self { path: path.into(), text: text.into(), changed: false, documents, factors }
     }
@@ -93,11 +94,10 @@ impl Source {
             return SceneError { path, line: 0, column: 0, excerpt: String::new(), message };
         }
         let at = (0..=span.start.min(self.text.len())).rev().find(|&i| self.text.is_char_boundary(i)).unwrap_or(0);
-        let before = &self.text[..at];
-        let start = before.rfind('\n').map_or(0, |i| i + 1);
+        let (line, start) = self.text.line_of(at);
         let excerpt: String = self.text[start..].lines().next().unwrap_or_default().chars().take(160).collect();
         let column = self.text[start..at].chars().count() + 1;
-        SceneError { path, line: before.matches('\n').count() + 1, column, excerpt, message }
+        SceneError { path, line, column, excerpt, message }
     }
 
     /// An error of the file as a whole.

@@ -52,8 +52,9 @@ impl BodyContacts {
         let of: Vec<CollisionSettings> = moving.collect();
         let is_linear = |i: usize| bodies[i].discretization.lattice().is_none_or(|l| !l.source.is_nonlinear());
         let mut pairs = Vec::new();
-        for j in 0..of.len() {
-            for i in 0..=j {
+        let meeting: Vec<usize> = (0..of.len()).filter(|i| of[*i].meets || of[*i].meets_itself).collect();
+        for (at, &j) in meeting.iter().enumerate() {
+            for &i in &meeting[..=at] {
                 let (a, b) = (of[i], of[j]);
                 let meet = if i == j { a.meets_itself } else { a.meets && b.meets && is_linear(i) && is_linear(j) };
                 if meet {
@@ -78,8 +79,8 @@ impl BodyContacts {
         }
     }
 
-    /// Whether two bodies are stitched together.
-    fn is_tied(&self, bodies: [usize; 2]) -> bool {
+    /// Whether two bodies are stitched together, in this step; the lower index first.
+    pub(super) fn is_tied(&self, bodies: [usize; 2]) -> bool {
         self.tied.binary_search(&bodies).is_ok()
     }
 
@@ -101,9 +102,9 @@ impl BodyContacts {
         self.reserve(roots.len());
     }
 
-    /// Whether two bodies meet.
-    pub(super) fn has_pair(&self, a: usize, b: usize) -> bool {
-        self.pairs.iter().any(|pair| pair.bodies == [a.min(b), a.max(b)])
+    /// Pairs of different bodies that meet, lower index first.
+    pub(super) fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
+        self.pairs.iter().map(|pair| pair.bodies).filter(|[i, j]| i != j)
     }
 
     /// Whether a body is near another one in this step.

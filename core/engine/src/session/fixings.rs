@@ -1,9 +1,9 @@
 //! Fixings of a scene: nodes of a body that are held or moved along a path.
 
-use super::place::{named_faces, named_group};
+use super::place::{group_part, named_faces, named_group};
 use super::surface_values::SurfaceValues;
 use crate::body::{CellCorners, Discretization, Fixing, Lattice, Model, Place};
-use crate::scene::{FixedScene, SceneError, Source};
+use crate::scene::{BodyScene, FixedScene, SceneError, Source};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{GreyImage, Surface, TetMesh};
 use std::collections::{HashMap, HashSet};
@@ -151,6 +151,25 @@ fn pieces(points: [Vec3; 3], at: [[f64; 2]; 3], side: f64, image: &GreyImage) ->
         left.extend([[a, middle, c], [middle, b, c]]);
     }
     all
+}
+
+/// Checks the groups and numbers of nodes that a body which stands names: of a body that moves, [`FixedBody`], fields and fibres look them up.
+///
+/// # Errors
+/// A group, or a node of a tetrahedral mesh, that the model does not have.
+pub(super) fn check_groups(body: &BodyScene, source: &Source, model: &Model) -> Result<(), SceneError> {
+    for fixed in &body.fixed {
+        let (mesh, scene) = (model.tetrahedra.as_ref().map(|cells| cells.mesh()), fixed.get_ref());
+        match (&scene.group, &scene.nodes, mesh) {
+            (Some(name), _, Some(mesh)) => drop(named_group(name, source, mesh)?),
+            (Some(name), _, None) => drop(named_faces(name, source, &model.document)?),
+            (None, Some(nodes), Some(mesh)) => drop(numbered_nodes(nodes, source, fixed.span(), mesh)?),
+            (None, _, _) => {}
+        }
+    }
+    let of_fields = body.field.iter().filter_map(|field| field.get_ref().group.as_ref());
+    let of_fibres = body.fibre.iter().filter_map(|fibre| fibre.get_ref().group.as_ref());
+    of_fields.chain(of_fibres).try_for_each(|name| group_part(name, source, model).map(drop))
 }
 
 /// Nodes of a tetrahedral mesh by their numbers in the file.

@@ -101,7 +101,7 @@ impl Opening<'_> {
         let coarser = |_| Some("use a coarser level".into());
         let checked = self.memory.check(&body_called(scene), bytes, &what, coarser);
         checked.map_err(|text| SessionError::Memory(self.source.error(scene.grid.get_ref().level.span(), text)))?;
-        self.memory.body(index).grid = bytes;
+        self.memory.update(index, |body| body.grid = bytes);
         Ok(())
     }
 
@@ -153,8 +153,7 @@ impl Opening<'_> {
         let bytes = samples.saturating_add(elements);
         let checked = self.memory.check(&body_called(scene), bytes, &what, fitting);
         checked.map_err(|text| SessionError::Memory(self.source.error(scene.grid.get_ref().level.span(), text)))?;
-        let body = self.memory.body(index);
-        (body.samples, body.elements) = (samples, elements);
+        self.memory.update(index, |body| (body.samples, body.elements) = (samples, elements));
         let more = self.memory.left() as f64 / costs.per_simulated_cell(&facts);
         lattice.most_cells = (cells + more) as usize;
         Ok(())
@@ -181,10 +180,11 @@ impl Opening<'_> {
         let what = format!("{cells} tetrahedra and their surface");
         let checked = self.memory.check(&body_called(scene), samples.saturating_add(elements), &what, |_| None);
         checked.map_err(|text| SessionError::Memory(self.source.error(scene.name.span(), text)))?;
-        let body = self.memory.body(index);
-        (body.samples, body.elements) = (samples, elements);
         let tetrahedra = tetrahedra_bytes(facts.nodes, cells);
-        body.model = body.model.saturating_add(tetrahedra);
+        self.memory.update(index, |body| {
+            (body.samples, body.elements) = (samples, elements);
+            body.model = body.model.saturating_add(tetrahedra);
+        });
         Ok(())
     }
 
@@ -199,7 +199,7 @@ impl Opening<'_> {
         let what = format!("a sheet of {triangles} triangles");
         let checked = self.memory.check(&body_called(scene), bytes, &what, |_| None);
         checked.map_err(|text| SessionError::Memory(self.source.error(scene.name.span(), text)))?;
-        self.memory.body(index).elements = bytes;
+        self.memory.update(index, |body| body.elements = bytes);
         Ok(())
     }
 }

@@ -68,6 +68,7 @@ pub use shared::SharedParts;
 pub use stiffness::StiffnessState;
 pub use timeout::{Stage, StepTimeout};
 pub use warning::{Warning, WarningCode};
+pub use workers::processors;
 
 use crate::body::{Body, Model, SymmetryPlane};
 use crate::contact::{SheetTips, SoftTip};

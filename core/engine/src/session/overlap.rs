@@ -4,6 +4,7 @@ use super::Session;
 use super::warning::{Warning, WarningCode};
 use crate::body::Body;
 use pliant_mesh::geometry::Vec3;
+use std::collections::HashSet;
 
 /// An axis-aligned box of a body, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,58 +62,80 @@ const TEST_INTERVAL: u64 = 16;
 #[derive(Default)]
 pub(super) struct OverlapDetection {
     bodies: Vec<Extended>,
-    /// Pairs that need no more tests: handled elsewhere, or already warned of.
-    known: Vec<[usize; 2]>,
+    /// Pairs that need no more tests: handled elsewhere, or already warned of; the lower index first.
+    known: HashSet<[usize; 2]>,
     pub(super) warnings: Vec<Warning>,
+    /// Buffer of [`overlapping_pairs`].
+    swept: Vec<(Extents, usize)>,
+}
+
+/// The pairs of boxes that overlap, the lower index first, in ascending order of the higher one: boxes are sorted along the axis
+/// on which they are spread most, and each is compared with those that begin before it ends. The numbers of `boxes` are their indices.
+fn overlapping_pairs(boxes: &mut [(Extents, usize)]) -> Vec<[usize; 2]> {
+    let Some((first, _)) = boxes.first() else { return Vec::new() };
+    let all = boxes.iter().fold(*first, |all, (b, _)| Extents { min: all.min.inf(&b.min), max: all.max.sup(&b.min) });
+    let axis = (all.max - all.min).imax();
+    boxes.sort_unstable_by(|(a, i), (b, j)| a.min[axis].total_cmp(&b.min[axis]).then(i.cmp(j)));
+    let mut pairs = Vec::new();
+    for (at, (a, i)) in boxes.iter().enumerate() {
+        let near = boxes[at + 1..].iter().take_while(|(b, _)| b.min[axis] < a.max[axis]);
+        pairs.extend(near.filter(|(b, _)| a.overlaps(b)).map(|(_, j)| [*i.min(j), *i.max(j)]));
+    }
+    pairs.sort_unstable_by_key(|[i, j]| [*j, *i]);
+    pairs
 }
 
 impl OverlapDetection {
-    /// Starts with the bodies of a scene, in its order, and returns the warnings for those that overlap. Two moving bodies for which `is_handled` holds are left out:
-    /// they meet, or a warning says that they do not.
-    pub(super) fn new(bodies: Vec<Extended>, is_handled: impl Fn(usize, usize) -> bool) -> (Self, Vec<Warning>) {
-        let mut known = Vec::new();
-        for (j, b) in bodies.iter().enumerate() {
-            let meets = |a: &Extended| matches!((a.moving, b.moving), (Some(a), Some(b)) if is_handled(a, b));
-            known.extend((0..j).filter(|i| meets(&bodies[*i])).map(|i| [i, j]));
-        }
+    /// Starts with the bodies of a scene, in its order, and returns the warnings for those that overlap. Pairs of moving bodies in `handled` are left
+    /// out, lower index first: they meet, or a warning says that they do not. So are those for which `is_tied` holds.
+    pub(super) fn new(
+        bodies: Vec<Extended>,
+        handled: impl Iterator<Item = [usize; 2]>,
+        is_tied: impl Fn([usize; 2]) -> bool,
+    ) -> (Self, Vec<Warning>) {
+        let moving: Vec<usize> = (0..bodies.len()).filter(|i| bodies[*i].moving.is_some()).collect();
+        let known = handled.map(|pair| pair.map(|index| moving[index])).collect();
         let mut detection = Self { bodies, known, ..Self::default() };
-        let at_start = detection.test(None);
+        let at_start = detection.test(None, is_tied);
         (detection, at_start)
     }
 
-    /// Warnings for pairs whose swept boxes overlap now for the first time: at the time `time` (s) of a run, or before its first step.
-    fn test(&mut self, time: Option<f64>) -> Vec<Warning> {
-        let swept = |i: usize| {
-            let Extended { extents, before, .. } = &self.bodies[i];
-            extents.with([before.min, before.max].iter())
-        };
+    /// Warnings for pairs whose swept boxes overlap now for the first time, except for moving bodies that are tied: at the time `time` (s) of a run, or
+    /// before its first step.
+    fn test(&mut self, time: Option<f64>, is_tied: impl Fn([usize; 2]) -> bool) -> Vec<Warning> {
+        let Self { bodies, known, swept, .. } = self;
+        swept.clear();
+        swept.extend(
+            bodies
+                .iter()
+                .enumerate()
+                .map(|(i, Extended { extents, before, .. })| (extents.with([before.min, before.max].iter()), i)),
+        );
         let mut found = Vec::new();
-        for j in 0..self.bodies.len() {
-            for i in 0..j {
-                if self.known.contains(&[i, j]) || !swept(i).overlaps(&swept(j)) {
-                    continue;
-                }
-                self.known.push([i, j]);
-                let [a, b] = [&self.bodies[i], &self.bodies[j]];
-                let (code, message) = match time {
-                    None => (
-                        WarningCode::BodiesOverlap,
-                        format!(
-                            "the boxes of bodies `{}` and `{}` overlap at the start, and {WHY}, so they pass through each other; let both meet (`meets = true`), move one \
-                             of them, or make them one model",
-                            a.name, b.name
-                        ),
-                    ),
-                    Some(time) => (
-                        WarningCode::BodiesMeet,
-                        format!(
-                            "the boxes of bodies `{}` and `{}` came together by {time:.4} s, and {WHY}, so they pass through each other; let both meet (`meets = true`)",
-                            a.name, b.name
-                        ),
-                    ),
-                };
-                found.push(Warning { code, place: b.place.clone(), message });
+        for pair in overlapping_pairs(swept) {
+            let [a, b] = pair.map(|index| &bodies[index]);
+            let is_exempt = matches!([a.moving, b.moving], [Some(a), Some(b)] if is_tied([a, b]));
+            if is_exempt || !known.insert(pair) {
+                continue;
             }
+            let (code, message) = match time {
+                None => (
+                    WarningCode::BodiesOverlap,
+                    format!(
+                        "the boxes of bodies `{}` and `{}` overlap at the start, and {WHY}, so they pass through each other; let both meet (`meets = true`), move one \
+                         of them, or make them one model",
+                        a.name, b.name
+                    ),
+                ),
+                Some(time) => (
+                    WarningCode::BodiesMeet,
+                    format!(
+                        "the boxes of bodies `{}` and `{}` came together by {time:.4} s, and {WHY}, so they pass through each other; let both meet (`meets = true`)",
+                        a.name, b.name
+                    ),
+                ),
+            };
+            found.push(Warning { code, place: b.place.clone(), message });
         }
         found
     }
@@ -134,7 +157,7 @@ impl Session {
             extended.extents = moved_extents(body, extended.rest);
         }
         let time = self.time();
-        let found = self.warnings.overlaps.test(Some(time));
+        let found = self.warnings.overlaps.test(Some(time), |pair| self.body_contacts.is_tied(pair));
         self.warnings.overlaps.warnings.extend(found);
     }
 }
@@ -151,11 +174,38 @@ mod tests {
     #[test]
     fn touching_boxes_do_not_overlap_and_a_pair_is_reported_once() {
         let (mut detection, warnings) =
-            OverlapDetection::new(vec![body("a", 0.0), body("b", 1.0), body("c", 1.5)], |_, _| false);
+            OverlapDetection::new(vec![body("a", 0.0), body("b", 1.0), body("c", 1.5)], std::iter::empty(), |_| false);
         assert_eq!(warnings.len(), 1, "b and c alone: {warnings:?}");
         // It sweeps over both others between two tests.
         detection.bodies[0].extents = body("a", 9.0).extents;
-        assert_eq!(detection.test(Some(0.1)).len(), 2);
-        assert!(detection.test(Some(0.2)).is_empty());
+        assert_eq!(detection.test(Some(0.1), |_| false).len(), 2);
+        assert!(detection.test(Some(0.2), |_| false).is_empty());
+    }
+
+    #[test]
+    fn pairs_are_those_that_comparing_all_boxes_finds() {
+        let mut random = pliant_mesh::testing::Random(7);
+        for _ in 0..50 {
+            let mut point = |scale: f64| Vec3::from_fn(|i, _| scale * [1.0, 4.0, 0.5][i] * random.unit());
+            let boxes: Vec<(Extents, usize)> = (0..60)
+                .map(|i| {
+                    let min = point(1.0);
+                    (Extents { min, max: min + point(0.3) }, i)
+                })
+                .collect();
+            let all = (0..60).flat_map(|j| (0..j).map(move |i| [i, j]));
+            let expected: Vec<_> = all.filter(|[i, j]| boxes[*i].0.overlaps(&boxes[*j].0)).collect();
+            assert!(expected.len() > 10, "{}", expected.len());
+            assert_eq!(overlapping_pairs(&mut boxes.clone()), expected);
+        }
+    }
+
+    #[test]
+    fn tied_bodies_are_not_warned_of_while_they_are_tied() {
+        let moving = |name: &str, at: f64, index: usize| Extended { moving: Some(index), ..body(name, at) };
+        let bodies = vec![body("stands", 7.0), moving("a", 0.0, 0), moving("b", 0.5, 1), moving("c", 3.0, 2)];
+        let (mut detection, warnings) = OverlapDetection::new(bodies, [[1, 2]].into_iter(), |pair| pair == [0, 1]);
+        assert!(warnings.is_empty(), "{warnings:?}");
+        assert_eq!(detection.test(Some(0.1), |_| false).len(), 1, "a and b, once their ties are cut");
     }
 }

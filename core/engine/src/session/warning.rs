@@ -28,7 +28,7 @@ pub enum WarningCode {
     DoubtfulMesh,
     /// The scene gives no size of a model, and one metre per file unit does not fit the tool.
     DoubtfulUnits,
-    /// The system gave no threads besides the first.
+    /// The session runs on fewer threads than were asked for.
     FewerThreads,
     /// A `fixed` selects no node.
     FixesNothing,
@@ -178,17 +178,24 @@ impl Session {
         })
     }
 
-    /// A warning if the session runs on one thread because the system refused to create others.
+    /// A warning if the session runs on one thread because the system refused to create others, or on fewer than were asked for because there are not
+    /// as many processors.
     fn warn_threads(&self) -> Option<Warning> {
-        let asked = self.workers.asked;
-        self.workers.all.is_refused().then(|| Warning {
-            code: WarningCode::FewerThreads,
-            place: self.warnings.scene_file.clone(),
-            message: format!(
+        let (asked, threads) = (self.workers.asked, self.workers.all.threads());
+        let message = if self.workers.all.is_refused() {
+            format!(
                 "the system gave no more threads, so the session runs on 1 instead of {asked} and takes longer; results are the same; \
                  ask for fewer with `--threads`, or raise the limit of processes (`ulimit -u`, `pids.max` of a container)"
-            ),
-        })
+            )
+        } else if asked > threads {
+            format!(
+                "{asked} threads are asked for and there are {threads} processors, so the session runs on {threads}: more would wait for each \
+                 other; results are the same; allowed is up to {threads}, or 0 for all"
+            )
+        } else {
+            return None;
+        };
+        Some(Warning { code: WarningCode::FewerThreads, place: self.warnings.scene_file.clone(), message })
     }
 
     /// The warning that follows from the statistics of an edit.

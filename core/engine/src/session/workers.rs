@@ -9,6 +9,11 @@ const MAX_SINGLE_THREAD: usize = 1500;
 /// Number of elements from which a body is stepped by all threads.
 const MIN_ALL_THREADS: usize = 5000;
 
+/// Number of processors that this process may use, at least 1.
+pub fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// A pool of all threads and one of a single thread, for small bodies and where more threads are slower.
 pub(super) struct Workers {
     /// The pool of all threads of the session.
@@ -21,14 +26,9 @@ pub(super) struct Workers {
 }
 
 impl Workers {
-    /// Pools of `threads` threads and of one, for `bodies` bodies.
-    pub(super) fn new(threads: usize, bodies: usize) -> Self {
-        Self {
-            all: Pool::new(threads),
-            asked: threads,
-            alone: Pool::new(1),
-            choices: vec![ThreadChoice::default(); bodies],
-        }
+    /// Pools of `threads` threads, of the `asked` ones, and of one, for `bodies` bodies.
+    pub(super) fn new(asked: usize, threads: usize, bodies: usize) -> Self {
+        Self { all: Pool::new(threads), asked, alone: Pool::new(1), choices: vec![ThreadChoice::default(); bodies] }
     }
 
     /// The pool for work on a body with this number of elements that is not timed.

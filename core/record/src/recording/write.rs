@@ -2,7 +2,7 @@
 
 use super::encoding::{put_command, put_device, put_numbers, put_pose, put_timeout};
 use crate::atomic::{AtomicFile, error_at};
-use crate::inputs::refuse_inputs;
+use crate::outputs::check_file;
 use pliant_engine::recording::format::{
     COMMAND, DEVICE, END, HEADER, IDLE, MAGIC, RecordedFile, RecordingHeader, STEP, TIMEOUT, VERSION,
 };
@@ -64,9 +64,9 @@ impl RecordingWriter {
     /// Begins the recording that will be `path`.
     ///
     /// # Errors
-    /// Fails for a file that cannot be written or is an input of the session, and for an input that cannot be read, with the path.
+    /// Fails for a file that cannot be written, is an input of the session or is no regular file, and for an input that cannot be read, with the path.
     pub fn create(path: &Path, inputs: &RecordingInputs<'_>) -> io::Result<Self> {
-        refuse_inputs(std::iter::once(path.to_path_buf()), inputs.source, inputs.session)?;
+        check_file(path, inputs.source, inputs.session)?;
         let file = AtomicFile::create_and_clean(path)?;
         Self::begin(file, inputs)
     }
@@ -96,13 +96,14 @@ impl RecordingWriter<BufWriter<File>> {
     /// [`original_of`] that path; a replay uses it if the model's own file is overwritten.
     ///
     /// # Errors
-    /// Fails for a file that is an input of the session or cannot be read or written, and for a model that changed between its opening and the
+    /// Fails for a file that is an input of the session, is no regular file or cannot be read or written, and for a model that changed between its opening and the
     /// beginning of the recording, with the path. Existing files are then unchanged.
     pub fn save_as(&mut self, path: &Path, source: &Source, session: &Session, with_model: bool) -> io::Result<()> {
         let original =
             session.bodies.first().filter(|_| with_model).map(|body| (original_of(path), &body.model.document));
-        let outputs = original.iter().map(|(path, _)| path.clone()).chain([path.to_path_buf()]);
-        refuse_inputs(outputs, source, session)?;
+        for path in original.iter().map(|(path, _)| path.as_path()).chain([path]) {
+            check_file(path, source, session)?;
+        }
         if original.is_some() && session.bodies.first().is_some_and(|body| body.model.tetrahedra.is_some()) {
             let text = "the model is a tetrahedral mesh, of which no copy is saved with a recording; name it as `mesh` of the scene";
             return Err(error_at(path, io::Error::other(text)));
@@ -136,7 +137,7 @@ impl<W: Write> RecordingWriter<W> {
         let header = RecordingHeader {
             program: format!("pliant {}", env!("CARGO_PKG_VERSION")),
             scene: absolute(&source.path)?,
-            text: source.text.clone(),
+            text: source.text.to_string(),
             mesh: mesh.map(absolute).transpose()?,
             live,
             history: history || session.keeps_history(),

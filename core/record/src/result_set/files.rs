@@ -1,6 +1,6 @@
 //! Which files belong to a set of results: by the list in its summary, and by their names.
 
-use super::{FRAMES, SUMMARY};
+use super::{FRAMES, INTERRUPTED, SUMMARY};
 use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -38,6 +38,13 @@ pub(super) fn is_result(file: &Path) -> bool {
         Some(folder) => folder == Path::new(FRAMES) && model("frame"),
         None => false,
     }
+}
+
+/// Whether a path, relative to a folder of results, may be a file or folder of a set, of a complete or an interrupted run.
+pub(crate) fn is_in_set(path: &Path) -> bool {
+    let folders = [FRAMES, INTERRUPTED].map(Path::new);
+    let path = path.strip_prefix(INTERRUPTED).ok().filter(|below| !below.as_os_str().is_empty()).unwrap_or(path);
+    folders.contains(&path) || is_result(path)
 }
 
 /// Whether a file has the name of a temporary file.

@@ -10,12 +10,14 @@
 //! which the next run completes.
 
 mod files;
+mod flush;
 mod recovery;
 
-pub(crate) use files::files_below;
+pub(crate) use files::{files_below, is_in_set};
 
 use crate::atomic::{AtomicFolder, error_at, folder_of, sync_folder, temporaries};
 use files::{is_result, listed};
+use flush::{flush_files, sync_tree};
 use recovery::{COMMITTED, complete, discard, recover, remove_if_there};
 use std::fs::File;
 use std::io::{self, ErrorKind};
@@ -81,6 +83,14 @@ impl ResultSet {
     /// The folder to write results into.
     pub(crate) fn path(&self) -> &Path {
         self.stage.path()
+    }
+
+    /// Flushes the files so far to the disk. The summary is written after them, so that a set with a summary is whole.
+    ///
+    /// # Errors
+    /// The error of the file system, with the final path of the file.
+    pub(crate) fn flush(&self) -> io::Result<()> {
+        flush_files(self.path(), &self.shown)
     }
 
     /// Replaces the results of an earlier run; those of an interrupted run go to the folder `interrupted` in it.
@@ -174,13 +184,6 @@ fn is_mount(folder: &Path, metadata: &std::fs::Metadata) -> bool {
 #[cfg(not(unix))]
 fn is_mount(_folder: &Path, _metadata: &std::fs::Metadata) -> bool {
     false
-}
-
-/// Flushes the entries of a staging folder and of its `frames` to the disk; the files themselves were flushed before.
-fn sync_tree(folder: &Path) -> io::Result<()> {
-    sync_folder(&folder.join(FRAMES));
-    sync_folder(folder);
-    Ok(())
 }
 
 /// Whether the file system has locks: a second handle cannot lock the staging folder, which is locked.

@@ -35,6 +35,8 @@ struct NewtonSolve {
     scale: f64,
     /// Whether the matrix was positive definite along the solve.
     is_definite: bool,
+    /// Whether the linear solve has met its tolerance, or found forces that are rounding alone.
+    has_converged: bool,
 }
 
 impl Integrator {
@@ -87,12 +89,14 @@ impl Integrator {
         for _ in 0..self.max_newton {
             let solve = self.solve_for_equilibrium(system, step, damping, report)?;
             scale = scale.max(solve.scale);
-            if solve.unbalanced <= self.newton_tolerance * scale || !solve.is_definite {
+            let longest = self.pcg.x.iter().map(|d| d.norm_squared()).fold(0.0, f64::max).sqrt();
+            // Where all forces are rounding they are no measure of each other, and move no node by its last digit.
+            let is_at_rest = solve.has_converged && longest == 0.0;
+            if solve.unbalanced <= self.newton_tolerance * scale || is_at_rest || !solve.is_definite {
                 settled = solve.is_definite;
                 break;
             }
             report.newton_iterations += 1;
-            let longest = self.pcg.x.iter().map(|d| d.norm_squared()).fold(0.0, f64::max).sqrt();
             let mut fraction = if longest > self.max_displacement { self.max_displacement / longest } else { 1.0 };
             let from = system.nodes.x.clone();
             // Work of the forces along the step. If it is below the rounding error of the energy, an increase of the energy is no reason to reject.
@@ -184,7 +188,12 @@ impl Integrator {
         self.interrupts.check()?;
         report.iterations += solved.iterations;
         report.residual = solved.residual;
-        Ok(NewtonSolve { unbalanced: left.sqrt(), scale: all.sqrt(), is_definite: !solved.broken })
+        Ok(NewtonSolve {
+            unbalanced: left.sqrt(),
+            scale: all.sqrt(),
+            is_definite: !solved.broken,
+            has_converged: solved.converged,
+        })
     }
 
     /// Potential energy of body and loads, J.

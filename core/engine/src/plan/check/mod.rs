@@ -10,6 +10,7 @@ pub(super) use edit::depth;
 pub(crate) use edit::strength;
 
 use crate::scene::{ProbeScene, Scene, SceneError, Source};
+use std::collections::HashSet;
 use std::ops::Range;
 use toml::Spanned;
 
@@ -59,18 +60,17 @@ impl Check<'_> {
 
     /// Checks that names are unique and can be used in names of files and CSV columns.
     fn names<'a>(&self, what: &str, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), SceneError> {
-        let mut known: Vec<&str> = Vec::new();
+        let mut known: HashSet<&str> = HashSet::new();
         for spanned in names {
             let name = spanned.get_ref().as_str();
             if name.is_empty() || name.contains(|c: char| c.is_control() || r#"/\,""#.contains(c)) {
                 let text = format!("{what} {name:?}; allowed is a name without / \\ , \" and control characters");
                 return self.wrong(spanned.span(), text);
             }
-            if known.contains(&name) {
+            if !known.insert(name) {
                 return self
                     .wrong(spanned.span(), format!("{what} `{name}` is there twice; allowed is one of each name"));
             }
-            known.push(name);
         }
         Ok(())
     }

@@ -22,7 +22,7 @@ use super::sleep::Sleep;
 use super::step_limits::StepLimits;
 use super::timeout::StepGuard;
 use super::warning::Warnings;
-use super::workers::Workers;
+use super::workers::{Workers, processors};
 use super::{
     Choices, Clock, DeviceSlot, DividedBodies, Events, Frame, Loaded, Scratch, SculptLayers, Session, SessionError,
     StiffnessState, Ties, ToolSlot, mirror, place, recorded,
@@ -46,6 +46,9 @@ pub struct Options {
     pub search: SearchPath,
     /// Number of threads; 0 for all processors.
     pub threads: usize,
+    /// Whether more threads than processors are started if asked for. They take turns and wait for each other, which shows that results do not
+    /// depend on the number of threads and is of no other use.
+    pub oversubscribe: bool,
     /// Model file that replaces the one of the first body.
     pub mesh: Option<PathBuf>,
     /// Device information by device name: these devices are not opened, because the caller provides the poses of their hands.
@@ -58,14 +61,15 @@ impl Options {
     /// Options with these plugin folders and number of threads (0 for all processors); models and devices are those of the scene, and memory is the
     /// default budget.
     pub fn new(search: SearchPath, threads: usize) -> Self {
-        Self { search, threads, mesh: None, recorded: None, memory: MemoryBudget::default() }
+        Self { search, threads, oversubscribe: false, mesh: None, recorded: None, memory: MemoryBudget::default() }
     }
 
-    /// Number of threads that is asked for, at least 1.
-    fn thread_count(&self) -> usize {
-        match self.threads {
-            0 => std::thread::available_parallelism().map_or(1, usize::from),
-            given => given,
+    /// Numbers of threads that are asked for and that are used, at least 1.
+    fn thread_counts(&self) -> (usize, usize) {
+        match (self.threads, processors()) {
+            (0, processors) => (processors, processors),
+            (asked, _) if self.oversubscribe => (asked, asked),
+            (asked, processors) => (asked, asked.min(processors)),
         }
     }
 }
@@ -194,7 +198,7 @@ impl<'a> Opening<'a> {
         let source = self.source;
         let places = scene.obstacle.iter().map(|obstacle| source.error(obstacle.name.span(), "").place()).collect();
         let count = bodies.len();
-        let threads = self.options.thread_count();
+        let (asked, threads) = self.options.thread_counts();
         let has_seams = self.seams.iter().any(|seams| !seams.is_empty());
         let springs = (0..tools.len() + usize::from(has_seams)).map(|_| NodeSprings::default()).collect();
         let body_contacts = BodyContacts::new(&plan, &bodies);
@@ -227,7 +231,7 @@ impl<'a> Opening<'a> {
             warnings: Warnings::new(source.error(0..0, "").place(), plan.edits.len()),
             plan,
             clock: Clock { dt: self.dt, steps: 0 },
-            workers: Workers::new(threads, count),
+            workers: Workers::new(asked, threads, count),
             limits: StepLimits::new(&scene.time),
             integrators: Vec::new(),
             guard: StepGuard::new(scene.time.patience.get_ref().si),

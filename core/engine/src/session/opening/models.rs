@@ -7,7 +7,7 @@ use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::session::level_choice::LevelChosen;
 use crate::session::shared::SharedModel;
-use crate::session::{EventKind, SessionError, place};
+use crate::session::{EventKind, SessionError, fixings, place};
 use pliant_mesh::check::{Severity, Use};
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ impl Opening<'_> {
             if let Some(Subdivision { levels, why }) = &model.model.subdivision {
                 self.subdivisions.push(LevelChosen { body: name.clone(), level: *levels, why: why.clone() });
             }
-            self.memory.body(i).model = document_bytes(&model.model.document);
+            self.memory.update(i, |body| body.model = document_bytes(&model.model.document));
             self.report_defects(name, &model.model);
             models.push((name.clone(), model));
         }
@@ -47,6 +47,7 @@ impl Opening<'_> {
             if plan.moving[i] {
                 bodies.push(self.body(&scene.body[i], i, name, model, &scene.edit, plan.cuts())?);
             } else {
+                fixings::check_groups(&scene.body[i], self.source, &model.model)?;
                 standing.push((name, model.model));
             }
         }

@@ -42,10 +42,11 @@ impl Session {
         let crossing = self.exclude_crossing_pairs()?;
         let place_of = |body: usize| extended.iter().find(|e| e.moving == Some(body)).map_or("", |e| e.place.as_str());
         found.extend(crossing.iter().map(|&(pair, count)| self.crossing_warning(pair, count, place_of(pair[1]))));
-        let is_handled = |i: usize, j: usize| {
-            self.body_contacts.has_pair(i, j) || crossing.iter().any(|(bodies, _)| *bodies == [i.min(j), i.max(j)])
-        };
-        let (detection, overlaps) = OverlapDetection::new(extended, is_handled);
+        let handled = self.body_contacts.pairs().chain(crossing.iter().map(|(bodies, _)| *bodies));
+        let mut tied = Vec::new();
+        self.find_tied(&mut tied);
+        let is_tied = |pair: [usize; 2]| tied.binary_search(&pair).is_ok();
+        let (detection, overlaps) = OverlapDetection::new(extended, handled, is_tied);
         self.warnings.overlaps = detection;
         found.extend(overlaps);
         found.extend(self.find_obstacle_warnings());
