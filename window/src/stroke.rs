@@ -183,6 +183,7 @@ impl HandControl {
         let Some(stroke) = &mut self.stroke else { return true };
         if let (Some(start), Some(end), None) = (stroke.start, stroke.end, stroke.sweep) {
             // One even motion in the plane through the viewer and the line: a hand that trembles leaves splinters.
+            let end = end.turned_from(&start);
             let duration = ((end.position - start.position).norm() / (SWEEP * radius)).max(SHORTEST_SWEEP);
             (stroke.sweep, self.place) = (Some(duration), Some(end));
             let buttons = stroke.buttons;

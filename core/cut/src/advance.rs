@@ -83,7 +83,7 @@ impl CutMesh {
 
     fn advance_with(&mut self, stroke: &mut Stroke, next: Blade, bridges: Bridges) -> Result<Advance, Refused> {
         next.check()?;
-        let facets = stroke.facets(&next);
+        let facets = stroke.facets(&next, self.swept_parts(stroke.blade, next));
         let first = [self.surface.triangles.len() as u32, self.surface.points.len() as u32];
         if facets.is_empty() {
             return Ok(Advance { first_triangle: first[0], first_vertex: first[1], ..Advance::default() });

@@ -20,7 +20,7 @@ pub struct Blade {
 pub struct Stroke {
     pub(super) blade: Blade,
     pub(super) seam: Vec<u32>,
-    pub(super) travel: f64, // length of the path of the blade's midpoint, m
+    pub(super) travel: f64, // mean length of the paths of the blade's ends, m
 }
 
 /// A triangle swept by the blade's edge, with corners counter-clockwise seen from the left. Side 0 is the end of the previous strip.
@@ -50,13 +50,14 @@ impl Stroke {
         self.blade
     }
 
-    /// The zero to two triangles swept from the last blade to `next`.
-    pub(super) fn facets(&self, next: &Blade) -> Vec<Facet> {
-        let [a, b, c, d] = [self.blade.tip, self.blade.heel, next.heel, next.tip];
+    /// The zero to two triangles swept from the last blade to `next`, between `parts` of both.
+    pub(super) fn facets(&self, next: &Blade, parts: [Blade; 2]) -> Vec<Facet> {
+        let [a, b, c, d] = [parts[0].tip, parts[0].heel, parts[1].heel, parts[1].tip];
         let (from, to) = (self.travel, self.travel + self.blade.way(next));
-        let (deep, deeper) = (self.blade.length(), next.length());
-        let near = Facet::new([a, b, c], [[0.0, from], [deep, from], [deeper, to]], 2);
-        let far = Facet::new([a, c, d], [[0.0, from], [deeper, to], [0.0, to]], 1);
+        let [at_a, at_b] = [a, b].map(|end| [(end - self.blade.tip).norm(), from]);
+        let [at_c, at_d] = [c, d].map(|end| [(end - next.tip).norm(), to]);
+        let near = Facet::new([a, b, c], [at_a, at_b, at_c], 2);
+        let far = Facet::new([a, c, d], [at_a, at_c, at_d], 1);
         let mut facets: Vec<Facet> = [near, far].into_iter().flatten().collect();
         let began = self.travel > 0.0;
         facets.iter_mut().enumerate().for_each(|(at, facet)| facet.continues = began || at > 0);
@@ -87,10 +88,9 @@ impl Blade {
         (self.heel - self.tip).norm()
     }
 
-    /// Distance between the midpoints of two blades, m.
+    /// Mean distance that the two ends have to another blade, m.
     pub(super) fn way(&self, next: &Self) -> f64 {
-        let midpoint = |blade: &Self| blade.tip.lerp(&blade.heel, 0.5);
-        (midpoint(next) - midpoint(self)).norm()
+        0.5 * ((next.tip - self.tip).norm() + (next.heel - self.heel).norm())
     }
 }
 

@@ -65,6 +65,7 @@ mod record;
 mod snap;
 mod solid;
 mod stitch;
+mod strip;
 mod subdivide;
 #[cfg(test)]
 mod tests;

@@ -48,6 +48,15 @@ pub struct HandPlace {
 }
 
 impl HandPlace {
+    /// The place with the same direction of z, to which the hand turns from `start` on the shortest way: in a motion between them z stays in the plane of both
+    /// directions. What a blade sweeps is flat then.
+    #[must_use]
+    pub fn turned_from(&self, start: &Self) -> Self {
+        let turn = Rotation3::rotation_between(&(start.rotation * Vec3::z()), &(self.rotation * Vec3::z()));
+        let turned = |turn| UnitQuaternion::from_rotation_matrix(&turn) * start.rotation;
+        Self { position: self.position, rotation: turn.map_or(self.rotation, turned) }
+    }
+
     /// Sends a pointer whose device has this `frame` there within `duration` (s), and has it press these buttons (bit i is button i) once it is there.
     pub fn glide_then_press(&self, pointer: &mut PointerHandle, frame: &Frame, buttons: u32, duration: f64) {
         let rotation = frame.rotation.inverse() * self.rotation;
@@ -244,6 +253,20 @@ mod tests {
         // A ray parallel to the plane leaves the hand at its starting point.
         stroke.follow(PointerRay { origin: Vec3::zeros(), direction: Vec3::x() }, None);
         assert!(stroke.advance(0.01).position.iter().all(|c| c.is_finite()));
+    }
+
+    #[test]
+    fn z_stays_in_a_plane_between_two_places() {
+        let directions = [[1.0, 0.3, 0.0], [0.9, -0.35, 0.1], [-0.1, 0.2, -1.0], [0.1, -0.1, -1.0]].map(Vec3::from);
+        for (a, b) in directions.iter().flat_map(|a| directions.map(|b| (a.normalize(), b.normalize()))) {
+            let [start, end] = [a, b].map(|z| HandPlace { position: z, rotation: rotation_from_z(&z) });
+            let turned = end.turned_from(&start);
+            assert!((turned.rotation * Vec3::z() - b).norm() < 1e-12 && turned.position == b);
+            for share in [0.2, 0.5, 0.8] {
+                let z = start.rotation.nlerp(&turned.rotation, share) * Vec3::z();
+                assert!(z.dot(&a.cross(&b)).abs() < 1e-12, "{a:?} to {b:?}: {z:?}");
+            }
+        }
     }
 
     #[test]

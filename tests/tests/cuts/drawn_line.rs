@@ -2,6 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "what failed, and the count")]
 
+use crate::cut_line;
 use nalgebra::{Rotation3, UnitQuaternion};
 use pliant_cut::{Blade, CutMesh, Stroke};
 use pliant_editor::{Draft, DraftMaterial, PaintStroke, SOLIDS, stroke_button};
@@ -26,6 +27,9 @@ const LEAST_CELLS: f64 = 1.0;
 /// Radius of an editor's tool on such a body, m.
 const RADIUS: f64 = 0.04 * SIZE;
 
+/// Distance of the eye of a perspective view from the body's middle, in sizes of the body.
+const EYE: f64 = 2.0;
+
 /// A line drawn across a body: everything about it follows from its number.
 #[derive(Debug)]
 #[allow(dead_code, reason = "the kind of body is read in messages")]
@@ -39,8 +43,10 @@ pub struct DrawnCut {
     young: f64,
     /// Ends of the tip's path, m
     pub line: [Vec3; 2],
-    /// From tip to heel.
+    /// Direction of the view, towards the eye.
     back: Vec3,
+    /// Where the eye of a perspective view is, m; `None` where the blade stays parallel to the direction of the view.
+    eye: Option<Vec3>,
     /// Distance between two samples of the hand, m
     jump: f64,
     /// Steps before the button, and with the button at the end of the line.
@@ -116,8 +122,10 @@ impl DrawnCut {
         let [start, end] = reach(along);
         let mut beside = || 0.001 + 0.02 * random.unit();
         let (before, after) = (beside(), beside());
-        // The tip is a model's size behind the body's middle, as in the window.
-        let at = |along_by: f64| offset * aside + along_by * along - SIZE * back;
+        let eye = (number % 2 == 1).then(|| EYE * SIZE * back);
+        // The tip is a model's size behind the body's middle, as in the window; seen from an eye it goes a longer way there.
+        let [aside_by, along_by] = if eye.is_some() { [1.0 + 1.0 / EYE, (EYE + 1.0) / (EYE - 0.5)] } else { [1.0; 2] };
+        let at = |way: f64| aside_by * offset * aside + along_by * way * along - SIZE * back;
         let jump = 0.0005 * 48_f64.powf(random.unit());
         let case = Self {
             body,
@@ -127,17 +135,28 @@ impl DrawnCut {
             young: 5e3 * 200_f64.powf(random.unit()),
             line: [at(start - before), at(end + after)],
             back,
+            eye,
             jump,
             waits: [1 + random.below(5) as u32, random.below(4) as u32],
         };
         (case, document)
     }
 
+    /// Whether the blade points to the eye of a perspective view, and turns on its way.
+    pub fn is_perspective(&self) -> bool {
+        self.eye.is_some()
+    }
+
+    /// Unit vector from tip to heel of a blade whose tip is at a place (m): towards the eye.
+    fn along_blade(&self, tip: Vec3) -> Vec3 {
+        self.eye.map_or(self.back, |eye| (eye - tip).normalize())
+    }
+
     /// Number of parts that the drawn areas leave of the body at rest, each of them in one advance; `None` where the geometry is refused, or one separates nothing.
     pub fn expected(&self, session: &Session, lines: &[[Vec3; 2]]) -> Option<u32> {
         let model = &session.bodies[0].model;
         let mut mesh = CutMesh::of_surface(&model.document, model.surface.clone(), &model.placement, false);
-        let blade = |tip: Vec3| Blade { tip, heel: tip + 4.0 * SIZE * self.back };
+        let blade = |tip: Vec3| Blade { tip, heel: tip + 4.0 * SIZE * self.along_blade(tip) };
         let mut parts = 1;
         for [start, end] in lines {
             let mut stroke = Stroke::begin(blade(*start)).ok()?;
@@ -183,9 +202,12 @@ impl DrawnCut {
     pub fn draw(&self, session: &mut Session, [start, end]: [Vec3; 2]) {
         let cut = KINDS.iter().find(|kind| kind.name() == "cut").expect("a kind");
         let button = 1 << stroke_button(*cut, Release::Keep, PaintStroke::default());
-        let rotation = Rotation3::rotation_between(&Vec3::z(), &self.back).expect("no half turn");
-        let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+        // As a pointer's hand goes: the blade stays in the plane of the eye and the line.
+        let from = UnitQuaternion::rotation_between(&Vec3::z(), &self.along_blade(start)).expect("no half turn");
+        let turn = UnitQuaternion::rotation_between(&self.along_blade(start), &self.along_blade(end));
+        let to = turn.expect("no half turn") * from;
         let mut sample = |position: Vec3, buttons: u32| {
+            let rotation = from.nlerp(&to, (position - start).norm() / (end - start).norm());
             session.place_hand(0, Some(HandPose { position, rotation, buttons }));
             session.step();
             session.frame().tools[0].hand
@@ -213,6 +235,8 @@ pub struct Unparted {
     pub necks: Vec<u64>,
     /// Those of them of which no event tells.
     pub silent: Vec<u64>,
+    /// Cases without a neck in which a line ends on the skin: it has a branch beside it.
+    pub ended: Vec<u64>,
     /// Cases in which the lattice joins parts of the surface.
     pub joined: Vec<u64>,
 }
@@ -229,19 +253,27 @@ impl Unparted {
                 self.silent.push(number);
             }
         }
+        let ends = cut_line::ends(session.bodies[0].cut.as_ref().expect("a solid that can be cut"));
+        if !ends.is_empty() && parts >= expected {
+            self.ended.push(number);
+        }
         let pairs = joined_in_lattice(&mut session.bodies[0]);
         if pairs > 0 {
             self.joined.push(number);
         }
-        if parts != expected || pairs > 0 {
-            println!("{number}: {parts} of {expected} parts, {told} told, {pairs} joined in the lattice: {case:?}");
+        if parts != expected || pairs > 0 || !ends.is_empty() {
+            println!(
+                "{number}: {parts} of {expected} parts, {told} told, {pairs} joined in the lattice, {} ends of lines: {case:?}",
+                ends.len()
+            );
         }
     }
 
     /// Prints the counts.
     pub fn print(&self) {
-        let Self { drawn, necks, silent, joined } = self;
+        let Self { drawn, necks, silent, ended, joined } = self;
         println!("{} of {drawn} lines leave a neck: {necks:?}; {} of them without a word", necks.len(), silent.len());
+        println!("{} of {drawn} lines have a branch beside them: {ended:?}", ended.len());
         println!("{} of {drawn} lines leave parts of the surface that the lattice joins: {joined:?}", joined.len());
     }
 }

@@ -7,6 +7,7 @@ mod lids;
 mod random;
 mod shared;
 mod through;
+mod turned;
 mod twisted;
 mod undo;
 

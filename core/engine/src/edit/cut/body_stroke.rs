@@ -1,5 +1,6 @@
 //! What a blade sweeps in one body.
 
+use super::middle::Middle;
 use super::rest_blade::mean_displacement;
 use super::slit::Slit;
 use crate::body::Body;
@@ -10,6 +11,8 @@ use pliant_solver::Vec3;
 /// The area that a blade sweeps in the rest shape of a body, from where the hand was before the edit to where it is. It has no gaps: it goes on
 /// where the blade is in no body.
 pub struct BodyStroke {
+    /// The place on blades by which their motion is told.
+    pub middle: Middle,
     /// Position up to which the body is cut.
     pub stroke: Stroke,
     /// The blade before the last advance that was made; `None` before the first.
@@ -92,6 +95,7 @@ impl BodyStroke {
         let drift = lattice.map_or_else(Vec3::zeros, |lattice| mean_displacement(lattice, body));
         let stroke = Stroke::begin(blade)?;
         Ok(Self {
+            middle: Middle::of(body),
             stroke,
             previous: None,
             tried: blade,
@@ -109,14 +113,15 @@ impl BodyStroke {
     pub fn begin_section(&mut self, body: &Body) {
         let Some(mesh) = body.cut.as_ref().filter(|_| body.discretization.lattice().is_some()) else { return };
         let (blade, euler) = (self.stroke.blade(), || euler_characteristic(mesh.surface()));
-        let begun = || Section { euler: euler(), place: midpoint(&blade), was_refused: false, spans: true };
+        let begun = || Section { euler: euler(), place: self.middle.on(&blade), was_refused: false, spans: true };
         self.section.get_or_insert_with(begun);
     }
 
     /// Notes where the mesh has refused the stroke first.
     pub fn note_refusal(&mut self, blade: &Blade) {
+        let middle = self.middle;
         if let Some(section) = self.section.as_mut().filter(|section| !section.was_refused) {
-            (section.place, section.was_refused) = (midpoint(blade), true);
+            (section.place, section.was_refused) = (middle.on(blade), true);
         }
     }
 
@@ -131,21 +136,6 @@ impl BodyStroke {
     pub fn is_due(&self, blade: &Blade, stride: f64, last: bool) -> bool {
         travel(&self.tried, blade) >= stride || (last && travel(&self.stroke.blade(), blade) > 0.0)
     }
-}
-
-/// Midpoint of a blade, m.
-pub fn midpoint(blade: &Blade) -> Vec3 {
-    blade.tip.lerp(&blade.heel, 0.5)
-}
-
-/// Displacement of the midpoint of a blade along a unit vector, m.
-pub fn ahead(from: &Blade, to: &Blade, heading: &Vec3) -> f64 {
-    midpoint_displacement(from, to).dot(heading)
-}
-
-/// Displacement of the midpoint of a blade, m.
-pub fn midpoint_displacement(from: &Blade, to: &Blade) -> Vec3 {
-    midpoint(to) - midpoint(from)
 }
 
 /// Larger one of the distances that the two ends of a blade have moved, m.

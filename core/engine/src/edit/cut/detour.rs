@@ -4,7 +4,8 @@
 //! not: the drawn area is then swept with a small bend, and no neck is left. Where even that is refused at the end of the cut, a new stroke begins
 //! behind it on one side and goes through it to the other, so that both cuts are one.
 
-use super::body_stroke::{BodyStroke, midpoint_displacement, travel};
+use super::body_stroke::{BodyStroke, travel};
+use super::middle::Middle;
 use super::sweep::Swept;
 use crate::body::{Body, LatticeError};
 use pliant_cut::{Advance, Blade, Refusal, Refused, Stroke};
@@ -124,7 +125,7 @@ fn bend(
     trials: &mut usize,
 ) -> Result<Detoured, LatticeError> {
     let from = stroke.stroke.blade();
-    let detours = detours(stroke.previous.as_ref(), &from, to, stride);
+    let detours = detours(stroke.middle, stroke.previous.as_ref(), &from, to, stride);
     for Detour { start, via } in detours {
         if *trials == 0 {
             break;
@@ -147,8 +148,8 @@ fn bend(
 }
 
 /// The detours from one blade to another, in the order in which they are tried. `previous` is the blade before `from`.
-fn detours(previous: Option<&Blade>, from: &Blade, to: &Blade, stride: f64) -> Vec<Detour> {
-    let way = midpoint_displacement(from, to);
+fn detours(middle: Middle, previous: Option<&Blade>, from: &Blade, to: &Blade, stride: f64) -> Vec<Detour> {
+    let way = middle.way(from, to);
     let Some(aside) = (from.heel - from.tip).cross(&way).try_normalize(0.0) else { return Vec::new() };
     let between =
         |tip: f64, heel: f64| Blade { tip: from.tip.lerp(&to.tip, tip), heel: from.heel.lerp(&to.heel, heel) };

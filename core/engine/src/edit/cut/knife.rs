@@ -6,7 +6,7 @@
 //! only: a blade that is drawn back and pushed in again continues where it stopped. The reaction acts on the body just ahead of the part of
 //! the edge that is inside.
 
-use super::body_stroke::{BodyStroke, ahead, midpoint_displacement, travel};
+use super::body_stroke::{BodyStroke, travel};
 use super::cut_step::{AdvanceError, Advanced, CutStep};
 use super::rest_blade::BladeLine;
 use super::sweep::{SweepTarget, Swept};
@@ -282,7 +282,7 @@ impl Knife {
         let before = stroke.stroke.blade();
         let heading = self.heading.map(|heading| rotation.transpose() * heading);
         if let Some(heading) = heading {
-            let progress = ahead(&before, &blade, &heading);
+            let progress = stroke.middle.way(&before, &blade).dot(&heading);
             self.retracted = progress < -0.5 * stride;
             if progress <= 0.0 {
                 return Ok(None);
@@ -303,8 +303,7 @@ impl Knife {
         if swept.has_cut {
             stroke.extend_section(body, &blade);
             stroke.way += distance;
-            self.heading =
-                self.heading.or_else(|| (rotation * midpoint_displacement(&before, &blade)).try_normalize(0.0));
+            self.heading = self.heading.or_else(|| (rotation * stroke.middle.way(&before, &blade)).try_normalize(0.0));
         }
         let Swept { area, length, has_cut } = swept;
         let energy = if area > 0.0 { self.edge.toughness * area } else { self.edge.tear * length };

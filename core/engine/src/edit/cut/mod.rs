@@ -4,6 +4,7 @@ mod body_stroke;
 mod cut_step;
 mod detour;
 mod knife;
+mod middle;
 mod rest_blade;
 mod sheet_intersection;
 mod slit;

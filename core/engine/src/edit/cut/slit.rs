@@ -4,7 +4,7 @@
 //! the lattice can tell apart, is in that one's slit. Where it comes into the slit and where it leaves it, a strip through the wall joins both cuts, so that no
 //! neck is left between them.
 
-use super::body_stroke::{midpoint, midpoint_displacement};
+use super::middle::Middle;
 use pliant_cut::{Blade, CapPoint, CutMesh};
 use pliant_solver::Vec3;
 
@@ -38,6 +38,8 @@ pub struct Slit {
     pub behind: Blade,
     /// Mean position of the walls beside it, m.
     pub place: Vec3,
+    /// The place on blades by which their motion is told.
+    middle: Middle,
     /// Mean unit normal of the walls.
     normal: Vec3,
     /// Largest distance of a point of the moved blade from the walls, m.
@@ -64,17 +66,17 @@ const GAP_POINTS: usize = 32;
 const MAX_POINTS: usize = 1024;
 
 impl Surroundings {
-    /// Where the blade `to` is, which has come from `from` and that `origin`, in the rest shape of a body with cells of `edge` (m).
-    pub fn of(mesh: &CutMesh, origin: Origin, [from, to]: [&Blade; 2], edge: f64) -> Self {
+    /// Where the blade `to` is, which has come from `from` and that `origin`, in the rest shape of a body with this `middle` and cells of `edge` (m).
+    pub fn of(mesh: &CutMesh, origin: Origin, [from, to]: [&Blade; 2], middle: Middle, edge: f64) -> Self {
         let [reach, least_cosine] = LIMITS[origin as usize];
         let reach = reach * edge;
         let along = to.heel - to.tip;
-        let Some(strip_normal) = along.cross(&midpoint_displacement(from, to)).try_normalize(0.0) else {
+        let Some(strip_normal) = along.cross(&middle.way(from, to)).try_normalize(0.0) else {
             return Self::Material;
         };
         // What is just ahead of the end of a cut of its own is beside the walls of that.
         let cuts = matches!(origin, Origin::Material);
-        if cuts && midpoint_displacement(from, to).norm() <= 2.0 * BESIDE * edge {
+        if cuts && middle.way(from, to).norm() <= 2.0 * BESIDE * edge {
             return Self::Material;
         }
         let count = ((along.norm() / (SPACING * edge)).ceil() as usize).clamp(2, MAX_POINTS);
@@ -110,7 +112,7 @@ impl Surroundings {
         let spread = heights.iter().fold(0.0_f64, |spread, height| spread.max((height - mean).abs()));
         let blade = to.moved(-mean * normal);
         let place = walls.iter().map(|(_, wall)| wall.position).sum::<Vec3>() / walls.len() as f64;
-        Self::Slit(Slit { blade, behind: blade, place, normal, spread })
+        Self::Slit(Slit { blade, behind: blade, place, middle, normal, spread })
     }
 }
 
@@ -126,7 +128,7 @@ impl Slit {
         if self.is_joined(mesh, from, 2.0 * aside) {
             return Vec::new();
         }
-        let onward = midpoint_displacement(from, &self.blade).try_normalize(0.0).unwrap_or_default();
+        let onward = self.middle.way(from, &self.blade).try_normalize(0.0).unwrap_or_default();
         vec![self.blade.moved(aside), beyond.moved(stride * onward)]
     }
 
@@ -159,6 +161,6 @@ impl Slit {
 
     /// Height of a blade above the walls, m.
     fn height(&self, blade: &Blade) -> f64 {
-        (midpoint(blade) - midpoint(&self.blade)).dot(&self.normal)
+        self.middle.way(&self.blade, blade).dot(&self.normal)
     }
 }

@@ -5,7 +5,7 @@
 //! the blade. So the blade first moves on against the resistance of what is left until the hand no longer pulls with more. Then, if it has come out of
 //! the shape that the body had when the stroke began, it cuts up to there in the rest shape, if that is not farther than it has cut by itself.
 
-use super::body_stroke::{BodyStroke, Section, count_parts, euler_characteristic, midpoint, midpoint_displacement};
+use super::body_stroke::{BodyStroke, Section, count_parts, euler_characteristic};
 use super::cut_step::{CutAgain, CutStep, HeldBody};
 use super::knife::{Knife, RotatedBlade, STRIDE};
 use crate::body::{Body, LatticeError};
@@ -41,7 +41,7 @@ impl Knife {
         });
         for (index, body) in bodies.iter_mut().enumerate() {
             let Some(stroke) = self.strokes[index].as_ref().filter(|stroke| stroke.way > 0.0) else { continue };
-            let (drift, way, cut) = (stroke.drift, stroke.way, stroke.stroke.blade());
+            let (drift, way, cut, middle) = (stroke.drift, stroke.way, stroke.stroke.blade(), stroke.middle);
             let drawn = |tip: Vec3| Blade { tip: tip - drift, heel: tip + self.edge.length * along - drift };
             let (reached, asked) = (drawn(self.tip), drawn(hand.position));
             if body.frozen.is_some() || body.discretization.lattice().is_none() {
@@ -52,7 +52,7 @@ impl Knife {
                 continue;
             }
             // A body that the blade has pushed away more than it has cut is not severed.
-            let is_neck = midpoint_displacement(&cut, &reached).norm() <= way;
+            let is_neck = middle.way(&cut, &reached).norm() <= way;
             if is_neck && body.cut.as_ref().is_some_and(|mesh| is_outside(mesh, &reached)) {
                 let advanced =
                     self.advance(index, RotatedBlade { blade: reached, rotation: Matrix3::identity() }, body, true);
@@ -138,7 +138,7 @@ impl Knife {
     fn is_in(&self, index: usize, body: &Body, to: &Blade) -> bool {
         let (Some(stroke), Some(mesh)) = (&self.strokes[index], &body.cut) else { return false };
         let cut = stroke.stroke.blade();
-        let ahead = midpoint_displacement(&cut, to).try_normalize(0.0).unwrap_or_default();
+        let ahead = stroke.middle.way(&cut, to).try_normalize(0.0).unwrap_or_default();
         !is_outside(mesh, &cut.moved(AT_REST * STRIDE * body.discretization.edge() * ahead))
     }
 
@@ -148,8 +148,8 @@ impl Knife {
             .inside
             .as_ref()
             .filter(|inside| inside.body as usize == index)
-            .map_or_else(|| midpoint(&cut), |inside| inside.points[inside.points.len() / 2]);
-        let width = midpoint_displacement(&cut, asked).norm();
+            .map_or_else(|| stroke.middle.on(&cut), |inside| inside.points[inside.points.len() / 2]);
+        let width = stroke.middle.way(&cut, asked).norm();
         HeldBody { body: index, place, width, resistance: self.resistance, pull }
     }
 }

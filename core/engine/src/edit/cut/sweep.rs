@@ -1,6 +1,6 @@
 //! Sweeping of a body up to a blade: straight on, around what the mesh refuses, or with a bridge where there is no way around.
 
-use super::body_stroke::{AlongSlit, BodyStroke, Bridge, count_parts, midpoint, travel};
+use super::body_stroke::{AlongSlit, BodyStroke, Bridge, count_parts, travel};
 use super::cut_step::AdvanceError;
 use super::detour::{Detoured, force, go_around};
 use super::slit::{Origin, Slit, Surroundings};
@@ -97,7 +97,7 @@ impl BodyStroke {
             None if self.previous.is_none() || is_outside(mesh, &before) => Origin::Air,
             None => Origin::Material,
         };
-        let at = |blade: &Blade| Surroundings::of(mesh, origin, [&before, blade], edge);
+        let at = |blade: &Blade| Surroundings::of(mesh, origin, [&before, blade], self.middle, edge);
         let is_material = |share: &f64| matches!(at(&between(&before, &to.blade, *share)), Surroundings::Material);
         let cuts = matches!(origin, Origin::Material);
         let ends_before = !cuts && ON_WAY.iter().any(is_material);
@@ -175,7 +175,7 @@ impl BodyStroke {
         }
         if !swept.has_cut {
             let parts = self.bridge.map_or_else(|| count_parts(body), |bridge| bridge.parts);
-            self.bridge.get_or_insert(Bridge { place: midpoint(&slit.blade), width: to.stride, parts });
+            self.bridge.get_or_insert(Bridge { place: self.middle.on(&slit.blade), width: to.stride, parts });
         }
         if let Some(onward) = self.sweep_material(body, to)? {
             swept.add(&onward);
@@ -216,7 +216,7 @@ impl BodyStroke {
         let before = self.stroke.blade();
         // The parts are counted once in a stroke: it takes a look at the whole surface.
         let parts = self.bridge.map_or_else(|| count_parts(body), |bridge| bridge.parts);
-        let bridge = Bridge { place: midpoint(&before), width: to.stride, parts };
+        let bridge = Bridge { place: self.middle.on(&before), width: to.stride, parts };
         match go_around(body, self, &to.blade, to.stride, swept).map_err(AdvanceError::Failed)? {
             Detoured::Onward => return Ok(()),
             Detoured::Through => {}
