@@ -82,14 +82,6 @@ pub fn journal(bytes: &[u8]) {
     }
 }
 
-/// A fabric file of the cloth plugin.
-pub fn fabric(bytes: &[u8]) {
-    let Ok(text) = std::str::from_utf8(bytes) else { return };
-    if let Err(fault) = pliant_cloth::check_fabric(text) {
-        assert!(fault.reason.contains("fuzzed.toml:"), "{fault}");
-    }
-}
-
 /// A recording of a session.
 pub fn recording(bytes: &[u8]) {
     if let Ok(recording) = Recording::parse(bytes, Path::new("fuzzed.rec")) {

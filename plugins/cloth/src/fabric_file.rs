@@ -48,7 +48,7 @@ impl FabricFile {
     }
 
     /// Parses the text of a file; `path` is for messages, which also name the line.
-    pub(crate) fn parse(path: &str, text: &str) -> Result<Self, Fault> {
+    fn parse(path: &str, text: &str) -> Result<Self, Fault> {
         let wrong = |span: Range<usize>, what: String| {
             let line = text[..span.start.min(text.len())].matches('\n').count() + 1;
             Fault::bad_argument(format!("`fabric-file`: {path}:{line}: {what}"))
@@ -103,6 +103,24 @@ mod tests {
             (file.number("young-warp"), file.number("poisson"), file.number("shear")),
             (Some(500.0), Some(0.0), None)
         );
+    }
+
+    #[test]
+    fn a_damaged_file_is_read_or_its_error_names_the_line() {
+        let text = "source = \"a lab\"\nunknown = \"thickness\"\ndensity = 0.2\nyoung-warp = 5e2\npoisson = 0\n";
+        let mut random = pliant_plugin_api::kit::Random(1);
+        let mut below = |limit: usize| (random.next_u64() % limit as u64) as usize;
+        for _ in 0..2000 {
+            let mut bytes = text.as_bytes()[..below(text.len() + 1)].to_vec();
+            for _ in 0..below(4).min(bytes.len()) {
+                let at = below(bytes.len());
+                bytes[at] = b"=\"[]{}\n#-e. 9\0\xff"[below(15)];
+            }
+            let text = String::from_utf8_lossy(&bytes);
+            if let Err(fault) = FabricFile::parse("wool.toml", &text) {
+                assert!(fault.reason.contains("wool.toml:"), "{text:?}: {fault}");
+            }
+        }
     }
 
     #[test]

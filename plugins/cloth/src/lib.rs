@@ -384,12 +384,3 @@ fn finite(value: f64) -> Result<f64, Fault> {
 }
 
 export_plugins!(AsMaterial<Cloth>);
-
-/// Checks the text of a fabric file, for tests and fuzzing.
-///
-/// # Errors
-/// What is wrong, with its line.
-#[cfg(feature = "testing")]
-pub fn check_fabric(text: &str) -> Result<(), pliant_plugin_api::Fault> {
-    fabric_file::FabricFile::parse("fuzzed.toml", text).map(drop)
-}

@@ -36,14 +36,13 @@ fn run(name: &str, target: Target) -> usize {
 
 #[test]
 fn no_target_fails_on_its_seeds() {
-    let all: [(&str, Target); 10] = [
+    let all: [(&str, Target); 9] = [
         ("obj", targets::obj),
         ("tetrahedra", targets::tetrahedra),
         ("image", targets::image),
         ("scene", targets::scene),
         ("sweep", targets::sweep),
         ("journal", targets::journal),
-        ("fabric", targets::fabric),
         ("recording", targets::recording),
         ("datagram", targets::datagram),
         ("quantity", targets::quantity),
