@@ -69,9 +69,8 @@ fn a_line_that_is_drawn_again_leaves_no_crumbs() {
         if again.0 != once.0 {
             // A blade that turns is farther from its slit where the material gave way.
             if case.is_perspective() { &mut turned } else { &mut crumbled }.push(number);
-        }
-        // Where the material gives way the blade may come out of the slit.
-        if again.1 > 1.01 * once.1 {
+        } else if again.1 > 1.01 * once.1 {
+            // Where the material gives way the blade may come out of the slit.
             wandered.push(number);
         }
         assert!(told <= 1 && (told == 1 || again.1 > once.1), "{number}: told {told} times, {once:?}, then {again:?}");
