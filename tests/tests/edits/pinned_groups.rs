@@ -149,19 +149,24 @@ fn a_group_that_is_not_there_is_refused_and_an_empty_one_told() {
 /// A document with a colour at each vertex whose channels are `value`, and with texture coordinates (0.5, value).
 fn painted(document: &ObjDocument, value: impl Fn(Vec3) -> f64) -> String {
     let text = String::from_utf8(document.bytes().to_vec()).expect("UTF-8");
+    let mut out: String = document.positions().iter().map(|p| format!("vt 0.5 {}\n", value(*p))).collect();
     let mut points = document.positions().iter();
-    let line = |line: &str| match line.split_once(' ') {
-        Some(("v", rest)) => {
-            let value = value(*points.next().expect("a vertex"));
-            format!("v {rest} {value} 0 1\nvt 0.5 {value}\n")
-        }
-        Some(("f", rest)) => {
-            let corners = rest.split_whitespace().map(|corner| corner.split('/').next().expect("a vertex"));
-            format!("f {}\n", corners.map(|v| format!("{v}/{v}")).collect::<Vec<_>>().join(" "))
-        }
-        _ => format!("{line}\n"),
-    };
-    text.lines().map(line).collect()
+    for line in text.lines() {
+        let (kind, rest) = line.trim().split_once(char::is_whitespace).unwrap_or((line, ""));
+        out += &match kind {
+            "v" => {
+                let place: Vec<&str> = rest.split_whitespace().take(3).collect();
+                format!("v {} {} 0 1\n", place.join(" "), value(*points.next().expect("a vertex")))
+            }
+            "vt" => String::new(),
+            "f" => {
+                let corners = rest.split_whitespace().map(|corner| corner.split('/').next().expect("a vertex"));
+                format!("f {}\n", corners.map(|v| format!("{v}/{v}")).collect::<Vec<_>>().join(" "))
+            }
+            _ => format!("{line}\n"),
+        };
+    }
+    out
 }
 
 /// Lines of a `[[body.fixed]]` in the place of [`led`]'s group.
@@ -209,7 +214,6 @@ fn a_colour_and_an_image_hold_what_a_group_holds() {
     bench.write("half.png", pliant_mesh::testing::grey_png(1, 2, &[255, 0]));
     for body in [
         "material = { plugin = \"neo-hookean\" }\ngrid = { level = 5, region = \"whole\" }",
-        "material = { plugin = \"mass-spring\" }\ngrid = { level = 6 }",
         "sheet = {}\nmaterial = { plugin = \"cloth\" }",
     ] {
         let places = ["group = \"held\"", "colour = \"red\"", "texture = \"half.png\""];
@@ -226,7 +230,7 @@ fn a_colour_and_an_image_hold_what_a_group_holds() {
 fn paint_that_is_not_there_is_refused_and_black_told() {
     let bench = Bench::new();
     let cube = pliant_mesh::generate::cuboid(4, [0.1; 3]).expect("a cube");
-    bench.write("plain.obj", cube.bytes());
+    bench.write("plain.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
     bench.write("model.obj", painted(&cube, |_| 0.25));
     bench.write("grey.png", pliant_mesh::testing::grey_png(2, 2, &[10; 4]));
     let run = |mesh: &str, fixed: &str| {
@@ -244,6 +248,8 @@ fn paint_that_is_not_there_is_refused_and_black_told() {
     run("model", "group = \"x\"\nabove = 0.5").expect(2).says(&["`group` and `above`; allowed is"]);
     run("model", "colour = \"red\"").expect(0).says(&["fixes-nothing"]);
     run("model", "texture = \"grey.png\"").expect(0).says(&["fixes-nothing"]);
+    let recorded = bench.pliant(&["run", "scene.toml", "-q", "--out", "out", "--record", "grey.png"]);
+    recorded.expect(2).says(&["grey.png: a file of a field, of fibres or of a `fixed` of this run"]);
     let ran = run("model", "colour = \"blue\"").expect(0);
     assert!(!ran.err.contains("fixes-nothing"), "{}", ran.err);
 }

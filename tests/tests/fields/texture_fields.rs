@@ -150,7 +150,7 @@ fn a_texture_is_a_file_of_the_run() {
     bench
         .pliant(&["run", "scene.toml", "-q", "--out", "out", "--record", "map.png"])
         .expect(2)
-        .says(&["a file of a field or of fibres of this run"]);
+        .says(&["a file of a field, of fibres or of a `fixed` of this run"]);
     bench.pliant(&["replay", "hand.rec", "--verify", "-q"]).expect(0);
     bench.write("map.png", grey_png(2, 1, &[0, 254]));
     bench.pliant(&["replay", "hand.rec"]).expect(2).says(&["map.png has changed since it was recorded"]);
