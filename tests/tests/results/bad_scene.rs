@@ -261,11 +261,18 @@ fn fixed_nodes_that_make_no_sense_are_refused() {
             HELD,
             "[[body.fixed]]",
             0,
-            &["`fixed` has no place; allowed is `box`, `ball` and `radius`, `group`, or `nodes`"],
+            &[
+                "`fixed` has no place; allowed is `box`, `ball` and `radius`, `group`, `nodes`, or `colour` or `texture`",
+            ],
         ),
         (HELD, "[[body.fixed]]\nball = [0, 0, 0]", 0, &["`fixed` has `ball`; allowed is `box`"]),
         (HELD, "[[body.fixed]]\nball = [0, 0, 0]\nradius = -1", 0, &["radius is -1 m; allowed is a number above 0"]),
-        (HELD, "[[body.fixed]]\nnodes = [1]", 0, &["`nodes` of a local region", "allowed is `box`, `ball` or `group`"]),
+        (
+            HELD,
+            "[[body.fixed]]\nnodes = [1]",
+            0,
+            &["`nodes` of a local region", "allowed is `box`, `ball`, `group`, `colour` or `texture`"],
+        ),
         (BOX, "box = [[0, 0, 0], [nan, 1, 1]]", 0, &["NaN is not finite; allowed is a length"]),
         (
             WHOLE,
