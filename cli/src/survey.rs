@@ -17,7 +17,7 @@ const LIMIT: Duration = Duration::from_secs(60);
 
 /// What a child says of a library.
 pub struct Surveyed {
-    /// The library.
+    /// A library on the search path, which may be unusable.
     pub found: FoundLibrary,
     /// The answer of the verb, or why there is none.
     pub answer: Result<Value, String>,

@@ -1,7 +1,7 @@
 //! Checks of the paths that a run writes, before its first step: a run is not made whose results could not be kept.
 //!
-//! A file of the run is an input of it in no case, the recording is no result, and only regular files are replaced: a rename would put a file in
-//! the place of a device or a pipe, and cut a link from what it leads to.
+//! No output replaces an input of the run, the recording replaces no result, and only regular files are replaced: a rename would put a file in the
+//! place of a device or a pipe, or of a link.
 
 use crate::atomic::{error_at, folder_of};
 use crate::inputs::models;

@@ -459,6 +459,11 @@ fn what_does_not_work_on_tetrahedra_is_refused() {
         ),
         (body("[[body.fixed]]\nnodes = [1, 28]"), "no tetrahedron of"),
         (
+            body("[[body.fixed]]\ncolour = \"red\""),
+            "`fixed` of body `body` has `colour`, and a tetrahedral mesh has neither colours nor texture coordinates; allowed is",
+        ),
+        (body("[[body.fixed]]\ntexture = \"pins.png\""), "`fixed` of body `body` has `texture`"),
+        (
             body("").replace("neo-hookean", "mass-spring").replace("poisson = 0.3, ", ""),
             "material `mass-spring` wants links, which a tetrahedral mesh does not give",
         ),

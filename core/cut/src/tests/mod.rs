@@ -14,8 +14,8 @@ mod undo;
 use super::*;
 use checks::Sums;
 use pliant_mesh::geometry::Vec3;
-use pliant_mesh::testing::{Random, document, without};
-use pliant_mesh::{ObjDocument, Placement};
+use pliant_mesh::testing::{Random, document, scan, without};
+use pliant_mesh::{ObjDocument, Placement, generate};
 
 fn cut_mesh(document: &ObjDocument) -> CutMesh {
     CutMesh::new(document, &Placement::default())
@@ -23,6 +23,15 @@ fn cut_mesh(document: &ObjDocument) -> CutMesh {
 
 fn blade(tip: impl Into<Vec3>, heel: impl Into<Vec3>) -> Blade {
     Blade { tip: tip.into(), heel: heel.into() }
+}
+
+/// A ball, a box or a lump with about the shape of a scan, whose longest edge is about 1.
+fn body(random: &mut Random) -> ObjDocument {
+    match random.below(3) {
+        0 => generate::sphere(8, 0.5).unwrap(),
+        1 => generate::cuboid(6, [1.0, 0.6, 0.5]).unwrap(),
+        _ => scan(random.below(2) as u32, 600, 0, random.next_u64()).document(),
+    }
 }
 
 /// A stroke from blade to blade in `steps` advances; every one is checked. Gives the refusals.

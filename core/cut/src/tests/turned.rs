@@ -1,8 +1,7 @@
 //! Blades that turn about a place on them outside of the body, as those do that point to the eye of a viewer.
 
 use super::*;
-use pliant_mesh::testing::scan;
-use pliant_mesh::{Surface, generate};
+use pliant_mesh::Surface;
 
 /// Strips of a fan cut the same area as its plane at once: none of them reaches back behind the last one.
 #[test]
@@ -10,11 +9,7 @@ fn a_fan_of_blades_cuts_its_plane_and_no_more() {
     let (mut fans, mut parted, mut refused) = (0, 0, 0);
     for number in 0..60 {
         let random = &mut Random(number);
-        let document = match random.below(3) {
-            0 => generate::sphere(8, 0.5).unwrap(),
-            1 => generate::cuboid(6, [1.0, 0.6, 0.5]).unwrap(),
-            _ => scan(random.below(2) as u32, 600, 0, random.next_u64()).document(),
-        };
+        let document = body(random);
         let bounds = Surface::from_document(&document).bounds();
         let (size, middle) = (bounds.longest_edge(), bounds.centre());
         let back = random.direction();

@@ -3,8 +3,7 @@
 use super::*;
 use crate::snap::SNAPS;
 use nalgebra::Rotation3;
-use pliant_mesh::testing::scan;
-use pliant_mesh::{Surface, generate};
+use pliant_mesh::Surface;
 
 /// Number of places along a blade.
 const PLACES: usize = 64;
@@ -19,11 +18,7 @@ struct Drawn {
 impl Drawn {
     fn new(number: u64) -> Self {
         let random = &mut Random(number);
-        let document = match random.below(3) {
-            0 => generate::sphere(8, 0.5).unwrap(),
-            1 => generate::cuboid(6, [1.0, 0.6, 0.5]).unwrap(),
-            _ => scan(random.below(2) as u32, 600, 0, random.next_u64()).document(),
-        };
+        let document = body(random);
         let bounds = Surface::from_document(&document).bounds();
         let size = bounds.longest_edge();
         let along = random.direction();

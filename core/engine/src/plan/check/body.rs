@@ -42,15 +42,12 @@ impl Check<'_> {
         let region = body.extent();
         body.field.iter().try_for_each(|field| self.field(field))?;
         self.fibres(body)?;
-        body.fixed.iter().try_for_each(|fixed| self.fixed(fixed, region))
+        body.fixed.iter().try_for_each(|fixed| self.fixed(fixed, body, region))
     }
 
     /// Checks that a body of tetrahedra has no keys of other bodies.
     fn tetrahedra(&self, body: &BodyScene) -> Result<(), SceneError> {
         let mesh = body.mesh.as_ref().map_or("", |mesh| mesh.get_ref());
-        let is_by_surface =
-            |fixed: &&Spanned<FixedScene>| fixed.get_ref().colour.is_some() || fixed.get_ref().texture.is_some();
-        let by_surface = body.fixed.iter().find(is_by_surface).map(Spanned::span);
         let others = [
             ("sheet", body.sheet.as_ref().map(Spanned::span), "a sheet is an OBJ file"),
             ("subdivide", body.subdivide.as_ref().map(Spanned::span), "refine the mesh where it was made"),
@@ -64,7 +61,6 @@ impl Check<'_> {
                 body.stitch.first().map(|_| body.mesh.as_ref().map_or(0..0, Spanned::span)),
                 "only sheets are sewn",
             ),
-            ("colour` or `texture` of a `fixed", by_surface, "its file has neither; name a group"),
         ];
         match others.into_iter().find_map(|(key, span, why)| Some((key, span?, why))) {
             Some((key, span, why)) => self.wrong(
@@ -151,7 +147,7 @@ impl Check<'_> {
         radius.map_or(Ok(()), |radius| self.above(radius.si, span, "radius", " m"))
     }
 
-    fn fixed(&self, spanned: &Spanned<FixedScene>, region: Extent) -> Result<(), SceneError> {
+    fn fixed(&self, spanned: &Spanned<FixedScene>, body: &BodyScene, region: Extent) -> Result<(), SceneError> {
         let (fixed, span) = (spanned.get_ref(), spanned.span());
         let found: Vec<&str> = [
             fixed.box_.as_ref().map(|_| "`box`"),
@@ -181,6 +177,15 @@ impl Check<'_> {
             let found = if found.is_empty() { "no place".into() } else { found.join(" and ") };
             let text = format!(
                 "`fixed` has {found}; allowed is `box`, `ball` and `radius`, `group`, `nodes`, or `colour` or `texture` with or without `above`"
+            );
+            return self.wrong(span, text);
+        }
+        if body.is_tetrahedral() && (fixed.colour.is_some() || fixed.texture.is_some()) {
+            let text = format!(
+                "`fixed` of body `{}` has {}, and a tetrahedral mesh has neither colours nor texture coordinates; allowed is `box`, `ball` and `radius`, `group`, \
+                 or `nodes`",
+                body.name.get_ref(),
+                found[0]
             );
             return self.wrong(span, text);
         }
