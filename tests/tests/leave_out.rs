@@ -37,7 +37,7 @@ fn opened(text: &str) -> Session {
 
 fn loaded(session: &Session) -> Vec<String> {
     let stem = |path: &str| Path::new(path).file_stem().and_then(|s| s.to_str()).map(str::to_owned);
-    let mut stems: Vec<String> = session.loaded.iter().filter_map(|l| stem(&l.path)).collect();
+    let mut stems: Vec<String> = session.inputs.loaded.iter().filter_map(|l| stem(&l.path)).collect();
     stems.iter_mut().for_each(|s| *s = s.trim_start_matches("lib").to_owned());
     stems.sort();
     stems
@@ -70,8 +70,8 @@ fn a_library_is_mapped_when_a_scene_needs_it_and_not_before() {
 
     let mut alone = opened(&falling(""));
     expect(&[MATERIAL, GRID], Some(&alone), "gravity, and a hand that does nothing");
-    let device = alone.left_out.iter().find(|l| l.what.contains("device `hand` (plugin `scripted`)"));
-    assert!(device.is_some_and(|l| l.why.contains("no tool in use has it")), "{:?}", alone.left_out);
+    let device = alone.plan().left_out.iter().find(|l| l.what.contains("device `hand` (plugin `scripted`)"));
+    assert!(device.is_some_and(|l| l.why.contains("no tool in use has it")), "{:?}", alone.plan().left_out);
     (0..5).for_each(|_| alone.step());
     alone.update_surface();
     expect(&[MATERIAL, GRID], Some(&alone), "after steps");

@@ -33,11 +33,12 @@ impl InputHashes {
     pub(crate) fn begin(source: &Source, session: &Session) -> Self {
         let (scene, text) = (shown(&source.path), source.text.to_string());
         let models: Vec<Arc<Model>> = models(session).map(Arc::clone).collect();
-        let mut plugins: Vec<String> = session.loaded.iter().map(|l| l.path.clone()).collect();
+        let mut plugins: Vec<String> = session.inputs.loaded.iter().map(|l| l.path.clone()).collect();
         plugins.dedup();
-        let obstacles = session.obstacle_files.clone();
-        let fields = session.field_files.clone();
-        let recordings: Vec<PathBuf> = session.recordings.iter().map(|hands| hands.path().to_path_buf()).collect();
+        let obstacles = session.inputs.obstacle_files.clone();
+        let fields = session.inputs.field_files.clone();
+        let recordings: Vec<PathBuf> =
+            session.inputs.recordings.iter().map(|hands| hands.path().to_path_buf()).collect();
         let work = move || {
             let of_file = |role, path: &Path| InputHash { role, name: shown(path), blake3: hash_file(path).ok() };
             let of_bytes = |role, name, bytes: &[u8]| InputHash { role, name, blake3: Some(hash_bytes(bytes)) };

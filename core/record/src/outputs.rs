@@ -114,11 +114,12 @@ pub(crate) fn refuse_inputs(
     session: &Session,
 ) -> io::Result<()> {
     let files = models(session).map(|model| ("a model", model.document.name().to_path_buf()));
-    let files = files.chain(session.loaded.iter().map(|l| ("a plugin", PathBuf::from(&l.path))));
-    let files = files.chain(session.obstacle_files.iter().map(|path| ("an obstacle", path.clone())));
-    let files = files
-        .chain(session.field_files.iter().map(|path| ("a file of a field, of fibres or of a `fixed`", path.clone())));
-    let files = files.chain(session.recordings.iter().map(|hands| ("a recording", hands.path().to_path_buf())));
+    let files = files.chain(session.inputs.loaded.iter().map(|l| ("a plugin", PathBuf::from(&l.path))));
+    let files = files.chain(session.inputs.obstacle_files.iter().map(|path| ("an obstacle", path.clone())));
+    let files = files.chain(
+        session.inputs.field_files.iter().map(|path| ("a file of a field, of fibres or of a `fixed`", path.clone())),
+    );
+    let files = files.chain(session.inputs.recordings.iter().map(|hands| ("a recording", hands.path().to_path_buf())));
     let inputs: Vec<(&str, PathBuf)> = files
         .chain([("the scene", source.path.clone())])
         .filter_map(|(what, path)| Some((what, path.canonicalize().ok()?)))

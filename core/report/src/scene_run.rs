@@ -126,7 +126,7 @@ impl SceneRun<'_> {
             frozen: session.bodies.iter().find_map(|b| b.frozen.clone()),
             dt: session.dt(),
             choices: session.choices.clone(),
-            plugins: session.loaded.iter().map(|l| format!("{} {}", l.id, l.version)).collect(),
+            plugins: session.inputs.loaded.iter().map(|l| format!("{} {}", l.id, l.version)).collect(),
         })
     }
 }

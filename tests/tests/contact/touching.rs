@@ -158,7 +158,7 @@ fn gravity_makes_no_local_region_jump_and_lets_a_whole_body_fall() {
     // The finger stays 1.5 mm above the top: cells are active, and none of them moves.
     assert!(local.frame().nodes > 0 && local.frame().tools[0].contact.is_none());
     assert_eq!(local.frame().kinetic_energy, 0.0);
-    assert!(local.left_out.iter().any(|l| l.what.contains("gravity") && l.why.contains("local")));
+    assert!(local.plan().left_out.iter().any(|l| l.what.contains("gravity") && l.why.contains("local")));
     let mut whole =
         open(&gravity("level = 5, region = \"whole\"").replace("0.006]", "0.03]").replace(", 0.001]", ", 0.03]"), 1);
     (0..50).for_each(|_| whole.step());

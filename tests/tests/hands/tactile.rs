@@ -112,5 +112,5 @@ fn the_pins_give_the_normal_force_of_a_body() {
 fn without_taxels_nothing_is_computed_and_it_is_said() {
     let session = open(&pliant_tests::box_scene("", "", ""), 1);
     assert!(session.tools[0].pad.is_none());
-    assert!(session.left_out.iter().any(|l| l.what == "tactile rendering" && l.why.contains("no device")));
+    assert!(session.plan().left_out.iter().any(|l| l.what == "tactile rendering" && l.why.contains("no device")));
 }

@@ -64,11 +64,6 @@ impl RecordedHands {
         self.recording.steps.get(after - 1).map_or(&[], |recorded| &recorded.poses[device])
     }
 
-    /// Largest number of commands before one step.
-    pub(crate) fn most_commands(&self) -> usize {
-        self.recording.steps.iter().map(|step| step.commands.len()).max().unwrap_or(0)
-    }
-
     /// Commands before step `step`, from 0.
     pub fn commands(&self, step: u64) -> &[SessionCommand] {
         let place = self.starts.binary_search(&step).ok();

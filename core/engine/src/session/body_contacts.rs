@@ -1,11 +1,13 @@
 //! Contact of bodies with each other in a session: which are near or stitched together, and the stage after they have moved.
 
 use super::body_responses::{BodyResponses, ResponseState};
+use super::motion::Motion;
+use super::ties::Ties;
 use super::{EventKind, Session, SessionError};
 use crate::body::{Body, LatticeError};
 use crate::contact::{BodyCollisions, CollisionReport, CollisionSettings};
 use crate::plan::Plan;
-use pliant_solver::{Constraint, StepTime, Vec3};
+use pliant_solver::{StepTime, Vec3};
 use std::time::Instant;
 
 /// Two bodies that may meet, or one that meets itself.
@@ -25,7 +27,7 @@ pub(super) struct BodyContacts {
     pairs: Vec<CollisionPair>,
     /// The pairs of the bodies of the scene, once one of them has been split.
     of_scene: Option<Vec<CollisionPair>>,
-    pub(super) collisions: BodyCollisions,
+    collisions: BodyCollisions,
     /// Whether each body is near another in this step, or stitched to one; empty without pairs and ties.
     near: Vec<bool>,
     /// Wall-clock time of the stage in the last step, s.
@@ -70,8 +72,14 @@ impl BodyContacts {
         body_contacts
     }
 
+    /// The collisions of this many bodies, with room for them.
+    pub(super) fn collisions(&mut self, bodies: usize) -> &mut BodyCollisions {
+        self.reserve(bodies);
+        &mut self.collisions
+    }
+
     /// Makes room for this many bodies, where contact has had nothing to do so far.
-    pub(super) fn reserve(&mut self, bodies: usize) {
+    fn reserve(&mut self, bodies: usize) {
         if self.near.len() != bodies {
             self.collisions = BodyCollisions::new(bodies);
             self.near = vec![false; bodies];
@@ -133,8 +141,102 @@ impl BodyContacts {
     }
 
     /// Impulse of other bodies on a body in the last step, N s.
-    pub(super) fn impulse(&self, body: usize) -> Vec3 {
+    fn impulse(&self, body: usize) -> Vec3 {
         self.collisions.impulse(body)
+    }
+
+    /// Whether no bodies may meet, and none are stitched together.
+    fn is_idle(&self) -> bool {
+        self.pairs.is_empty() && self.tied.is_empty()
+    }
+
+    /// Finds the bodies that may meet in a step, before they move under this gravity (m/s^2), and records where they are. What is met by something that moves
+    /// wakes up.
+    pub(super) fn begin(&mut self, bodies: &[Body], ties: &Ties, motion: &mut Motion, gravity: Vec3, time: StepTime) {
+        ties.find_pairs(bodies, &mut self.tied);
+        if self.is_idle() {
+            return;
+        }
+        let start = Instant::now();
+        self.reserve(bodies.len());
+        self.collisions.begin();
+        self.near.fill(false);
+        self.is_loaded.fill(false);
+        let fall = 2.0 * time.dt * time.dt * gravity.norm();
+        for pair in &mut self.pairs {
+            let [i, j] = pair.bodies;
+            let reach = |b: usize| fall + 2.0 * motion.moved[b] + NEAR * bodies[b].discretization.edge();
+            let reach = reach(i) + reach(j);
+            if i != j && pair.slack <= reach {
+                pair.slack = distance(&bounds(&bodies[i]), &bounds(&bodies[j]));
+            }
+            let is_tied = self.tied.binary_search(&pair.bodies).is_ok();
+            pair.is_near = !is_tied && (i == j || pair.slack <= reach);
+            if pair.is_near {
+                pair.bodies.iter().for_each(|b| self.near[*b] = true);
+            }
+        }
+        self.tied.iter().flatten().for_each(|b| self.near[*b] = true);
+        // A sheet is always near itself; it is in contact if anything of it came near in the last step.
+        let has_candidates = std::mem::take(&mut self.report).candidates > 0;
+        for (index, body) in bodies.iter().enumerate() {
+            let may_touch = |pair: &CollisionPair| pair.is_near && (pair.bodies[0] != pair.bodies[1] || has_candidates);
+            let mut pairs = self.pairs.iter().filter(|pair| pair.bodies.contains(&index));
+            let is_tied = self.tied.iter().any(|pair| pair.contains(&index));
+            motion.integrators[index].in_contact = is_tied || pairs.any(may_touch);
+            if self.near[index] {
+                self.collisions.record_start(index, body);
+            }
+        }
+        let near = self.pairs.iter().filter(|pair| pair.is_near).map(|pair| pair.bodies);
+        for pair in near.chain(self.tied.iter().copied()) {
+            motion.wake_each_other(pair, time.dt);
+        }
+        self.seconds = start.elapsed().as_secs_f64();
+    }
+
+    /// Finds the pairs that the motion of a step has brought near each other; `moved` is the largest displacement of a node of each body, m.
+    fn find_met(&mut self, moved: &[f64]) {
+        for pair in &mut self.pairs {
+            let [i, j] = pair.bodies;
+            pair.slack -= moved[i] + moved[j];
+            let is_tied = self.tied.binary_search(&pair.bodies).is_ok();
+            pair.is_near |= !is_tied && pair.slack <= 0.0;
+        }
+    }
+
+    /// Writes the bodies that are near others or stitched to them, each once, ascending.
+    fn find_members(&self, members: &mut Vec<usize>) {
+        members.clear();
+        members.extend(self.pairs.iter().filter(|pair| pair.is_near).flat_map(|pair| pair.bodies));
+        members.extend(self.tied.iter().flatten());
+        members.sort_unstable();
+        members.dedup();
+    }
+
+    /// Excludes pairs of bodies whose surfaces cross at the start: they would hold each other for good. Returns the bodies of each, with the number of edges
+    /// that go through triangles.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(super) fn exclude_crossing_pairs(
+        &mut self,
+        bodies: &mut [Body],
+    ) -> Result<Vec<([usize; 2], usize)>, SessionError> {
+        let mut excluded = Vec::new();
+        for pair in &self.pairs {
+            let [i, j] = pair.bodies;
+            if i != j && distance(&bounds(&bodies[i]), &bounds(&bodies[j])) > 0.0 {
+                continue;
+            }
+            let found = self.collisions.crossings(pair.bodies, bodies);
+            let count = found.map_err(|error| SessionError::Lattice { body: bodies[i].name.clone(), error })?;
+            if count > 0 {
+                excluded.push((pair.bodies, count));
+            }
+        }
+        self.pairs.retain(|pair| !excluded.iter().any(|(bodies, _)| *bodies == pair.bodies));
+        Ok(excluded)
     }
 }
 
@@ -153,122 +255,56 @@ fn distance(a: &[Vec3; 2], b: &[Vec3; 2]) -> f64 {
 const NEAR: f64 = 0.2;
 
 impl Session {
-    /// Finds the bodies that may meet in a step, before they move, and records where they are.
-    pub(super) fn begin_body_contact(&mut self, time: StepTime) {
-        let mut body_contacts = std::mem::take(&mut self.body_contacts);
-        self.find_tied(&mut body_contacts.tied);
-        if body_contacts.pairs.is_empty() && body_contacts.tied.is_empty() {
-            self.body_contacts = body_contacts;
-            return;
-        }
-        let start = Instant::now();
-        body_contacts.reserve(self.bodies.len());
-        body_contacts.collisions.begin();
-        body_contacts.near.fill(false);
-        body_contacts.is_loaded.fill(false);
-        let fall = 2.0 * time.dt * time.dt * self.plan.gravity.norm();
-        for at in 0..body_contacts.pairs.len() {
-            let is_tied = body_contacts.is_tied(body_contacts.pairs[at].bodies);
-            let pair = &mut body_contacts.pairs[at];
-            let [i, j] = pair.bodies;
-            let reach = |b: usize| fall + 2.0 * self.moved[b] + NEAR * self.bodies[b].discretization.edge();
-            let reach = reach(i) + reach(j);
-            if i != j && pair.slack <= reach {
-                pair.slack = distance(&bounds(&self.bodies[i]), &bounds(&self.bodies[j]));
-            }
-            pair.is_near = !is_tied && (i == j || pair.slack <= reach);
-            if pair.is_near {
-                for b in pair.bodies {
-                    body_contacts.near[b] = true;
-                }
-            }
-        }
-        for b in body_contacts.tied.iter().flatten() {
-            body_contacts.near[*b] = true;
-        }
-        // A sheet is always near itself; it is in contact if anything of it came near in the last step.
-        let has_candidates = body_contacts.report.candidates > 0;
-        body_contacts.report = CollisionReport::default();
-        for index in 0..body_contacts.near.len() {
-            let may_touch = |pair: &CollisionPair| pair.is_near && (pair.bodies[0] != pair.bodies[1] || has_candidates);
-            let pairs = body_contacts.pairs.iter().filter(|pair| pair.bodies.contains(&index));
-            let is_tied = body_contacts.tied.iter().any(|pair| pair.contains(&index));
-            self.integrators[index].in_contact = is_tied || pairs.clone().any(may_touch);
-            if body_contacts.near[index] {
-                body_contacts.collisions.record_start(index, &self.bodies[index]);
-            }
-        }
-        // What is met by something that moves wakes up.
-        let near = body_contacts.pairs.iter().filter(|pair| pair.is_near).map(|pair| pair.bodies);
-        for [i, j] in near.chain(body_contacts.tied.iter().copied()) {
-            let moves = |b: usize| !self.sleep.is_asleep(b) && self.moved[b] >= self.sleep.speed() * time.dt;
-            let [wakes_i, wakes_j] = [moves(j), moves(i)];
-            for (b, wakes) in [(i, wakes_i), (j, wakes_j)] {
-                if wakes && self.sleep.is_asleep(b) {
-                    self.sleep.wake(b);
-                }
-            }
-        }
-        body_contacts.seconds = start.elapsed().as_secs_f64();
-        self.body_contacts = body_contacts;
-    }
-
     /// Takes the collisions of a step away, after all bodies have moved.
     pub(super) fn resolve_body_contact(&mut self, time: StepTime) {
-        if self.body_contacts.pairs.is_empty() && self.body_contacts.tied.is_empty() {
+        if self.interactions.body_contacts.is_idle() {
             return;
         }
         let start = Instant::now();
-        let mut body_contacts = std::mem::take(&mut self.body_contacts);
-        for at in 0..body_contacts.pairs.len() {
-            let is_tied = body_contacts.is_tied(body_contacts.pairs[at].bodies);
-            let pair = &mut body_contacts.pairs[at];
-            let [i, j] = pair.bodies;
-            pair.slack -= self.moved[i] + self.moved[j];
-            pair.is_near |= !is_tied && pair.slack <= 0.0;
-        }
+        let mut body_contacts = std::mem::take(&mut self.interactions.body_contacts);
+        body_contacts.find_met(&self.motion.moved);
         let mut members = std::mem::take(&mut body_contacts.members);
-        members.clear();
-        members.extend(body_contacts.pairs.iter().filter(|pair| pair.is_near).flat_map(|pair| pair.bodies));
-        members.extend(body_contacts.tied.iter().flatten());
-        members.sort_unstable();
-        members.dedup();
+        body_contacts.find_members(&mut members);
         members.retain(|&index| self.prepare_member(&mut body_contacts, index, time));
         let place = |body: usize| members.binary_search(&body).ok();
+        let members_of = |[i, j]: [usize; 2]| match (place(i), place(j)) {
+            (Some(a), Some(b)) if !(self.stands(i) && self.stands(j)) => Some([a, b]),
+            _ => None,
+        };
         let mut has_pairs = false;
         for pair in body_contacts.pairs.iter().filter(|pair| pair.is_near) {
-            let [i, j] = pair.bodies;
-            if let (Some(a), Some(b)) = (place(i), place(j))
-                && !(self.stands(i) && self.stands(j))
-            {
-                body_contacts.collisions.add_pair([a, b], pair.friction);
+            if let Some(members) = members_of(pair.bodies) {
+                body_contacts.collisions.add_pair(members, pair.friction);
                 has_pairs = true;
             }
         }
-        has_pairs |= self.add_tie_rows(&mut body_contacts, place, time);
+        let max_force = |tool: usize| self.tools[tool].tool.coupling.max_force;
+        let collisions = &mut body_contacts.collisions;
+        has_pairs |= self.interactions.ties.add_rows(collisions, &self.bodies, time, members_of, max_force);
         if has_pairs || members.iter().any(|index| body_contacts.is_loaded[*index]) {
             self.resolve_collisions(&mut body_contacts, &members, time);
         }
         for (index, forces) in body_contacts.forces.iter_mut().enumerate() {
-            match place(index).filter(|_| has_pairs && self.limits.scheme.is_implicit()) {
+            match place(index).filter(|_| has_pairs && self.motion.is_implicit()) {
                 Some(member) => body_contacts.collisions.forces(member, time.dt, forces),
                 None => forces.clear(),
             }
         }
         for &index in &members {
             if !self.stands(index) {
-                self.rest(index, self.moved[index] / time.dt, time);
+                self.rest(index, self.motion.moved[index] / time.dt, time);
             }
         }
-        self.advance_ties(&mut body_contacts, time);
+        let on_tied = |tool: usize| self.tools[tool].has_tied = true;
+        self.interactions.ties.advance(&mut body_contacts.collisions, &mut self.bodies, time, on_tied);
         body_contacts.members = members;
         body_contacts.seconds += start.elapsed().as_secs_f64();
-        self.body_contacts = body_contacts;
+        self.interactions.body_contacts = body_contacts;
     }
 
     /// Whether nothing moves a body: it is in quarantine, or it sleeps.
-    pub(super) fn stands(&self, index: usize) -> bool {
-        self.bodies[index].frozen.is_some() || self.sleep.is_asleep(index)
+    fn stands(&self, index: usize) -> bool {
+        self.motion.stands(index, &self.bodies[index])
     }
 
     /// Adds a body to those that may meet. Returns whether its surface could be made.
@@ -282,15 +318,15 @@ impl Session {
             return false;
         }
         let stands = self.stands(index);
-        let obstacles = self.obstacles.contacts.get(index).into_iter().flat_map(|contacts| contacts.held());
-        let tips = self.sheet_tips[index].held().map(|node| (node, Constraint::Fixed));
         let predicted = if is_loaded[index] { &forces[index][..] } else { &[] };
-        collisions.add_member(index, &self.bodies[index], time.dt, stands, obstacles.chain(tips), predicted);
+        collisions.add_member(index, &self.bodies[index], time.dt, stands, self.interactions.held(index), predicted);
         true
     }
 
     fn resolve_collisions(&mut self, body_contacts: &mut BodyContacts, members: &[usize], time: StepTime) {
-        let mut responses = BodyResponses::new(self, time, &mut body_contacts.responses);
+        let Self { bodies, tools, motion, guard, .. } = self;
+        let mut responses =
+            BodyResponses::new(bodies, tools, motion, &guard.cancel, time, &mut body_contacts.responses);
         let report = body_contacts.collisions.resolve(time.dt, &mut responses);
         for (index, why) in responses.end() {
             self.freeze(index, time.start, why);
@@ -301,8 +337,7 @@ impl Session {
                 continue;
             }
             body_contacts.collisions.write_back(place, &mut self.bodies[index]);
-            let v = &self.bodies[index].system.nodes.v;
-            self.moved[index] = time.dt * v.iter().fold(0.0, |most: f64, v| most.max(v.norm_squared())).sqrt();
+            self.motion.record_velocities(index, &self.bodies[index].system.nodes.v, time.dt);
         }
         if report.left > 0 {
             self.events.add_many(EventKind::CollisionsLeft, report.left as u64, time.start, || {
@@ -320,42 +355,18 @@ impl Session {
         collisions.crossings([a, b], &mut self.bodies)
     }
 
-    /// Excludes pairs of bodies whose surfaces cross at the start: they would hold each other for good. Returns the bodies of each, with the number of edges
-    /// that go through triangles.
-    ///
-    /// # Errors
-    /// Returns the error of the grid plugin.
-    pub(super) fn exclude_crossing_pairs(&mut self) -> Result<Vec<([usize; 2], usize)>, SessionError> {
-        let mut excluded = Vec::new();
-        let mut body_contacts = std::mem::take(&mut self.body_contacts);
-        for pair in &body_contacts.pairs {
-            let [i, j] = pair.bodies;
-            if i != j && distance(&bounds(&self.bodies[i]), &bounds(&self.bodies[j])) > 0.0 {
-                continue;
-            }
-            let found = body_contacts.collisions.crossings(pair.bodies, &mut self.bodies);
-            let count = found.map_err(|error| SessionError::Lattice { body: self.bodies[i].name.clone(), error })?;
-            if count > 0 {
-                excluded.push((pair.bodies, count));
-            }
-        }
-        body_contacts.pairs.retain(|pair| !excluded.iter().any(|(bodies, _)| *bodies == pair.bodies));
-        self.body_contacts = body_contacts;
-        Ok(excluded)
-    }
-
     /// Wall-clock time of contact between bodies in the last step, s; part of [`super::Frame::seconds`].
     pub fn body_contact_seconds(&self) -> f64 {
-        self.body_contacts.seconds
+        self.interactions.body_contacts.seconds
     }
 
     /// What contact between bodies did in the last step.
     pub fn collision_report(&self) -> CollisionReport {
-        self.body_contacts.report
+        self.interactions.body_contacts.report
     }
 
     /// Force of other bodies on a moving body, mean over the last step, N.
     pub fn contact_force(&self, body: usize) -> Vec3 {
-        self.body_contacts.impulse(body) / self.clock.dt
+        self.interactions.body_contacts.impulse(body) / self.clock.dt
     }
 }

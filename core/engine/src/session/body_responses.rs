@@ -1,17 +1,22 @@
 //! Answers of the bodies of a session to contact impulses, after they have moved ([`Compliance`]).
 
-use super::Session;
+use super::ToolSlot;
+use super::motion::Motion;
+use crate::body::Body;
 use crate::contact::Compliance;
-use pliant_solver::{Constraint, Loads, StepTime, Vec3};
+use pliant_solver::{CancelToken, Constraint, Loads, StepTime, Vec3};
 
 /// The bodies of a session after they have moved, each with the matrix of its step.
 pub(super) struct BodyResponses<'a> {
-    session: &'a mut Session,
+    bodies: &'a mut [Body],
+    tools: &'a mut [ToolSlot],
+    motion: &'a mut Motion,
+    cancel: &'a CancelToken,
     time: StepTime,
     /// What each body answers with (n).
     states: &'a mut Vec<ResponseState>,
     /// Bodies whose matrix could not be assembled, and why.
-    pub failed: Vec<(usize, String)>,
+    failed: Vec<(usize, String)>,
 }
 
 /// Matrix by which a body responds to impulses.
@@ -26,16 +31,24 @@ pub(super) enum ResponseState {
 }
 
 impl<'a> BodyResponses<'a> {
-    /// The bodies at the end of the step of `time`.
-    pub(super) fn new(session: &'a mut Session, time: StepTime, states: &'a mut Vec<ResponseState>) -> Self {
+    /// The bodies at the end of the step of `time`, with the tools that load them.
+    pub(super) fn new(
+        bodies: &'a mut [Body],
+        tools: &'a mut [ToolSlot],
+        motion: &'a mut Motion,
+        cancel: &'a CancelToken,
+        time: StepTime,
+        states: &'a mut Vec<ResponseState>,
+    ) -> Self {
         states.clear();
-        states.resize(session.bodies.len(), ResponseState::Untouched);
-        Self { session, time, states, failed: Vec::new() }
+        states.resize(bodies.len(), ResponseState::Untouched);
+        Self { bodies, tools, motion, cancel, time, states, failed: Vec::new() }
     }
 
-    /// Adds the forces of constraints under the impulses to the reactions, and lets the solvers go on from their steps.
+    /// Adds the forces of constraints under the impulses to the reactions, and lets the solvers go on from their steps. Returns the bodies that have failed,
+    /// and why.
     pub(super) fn end(self) -> Vec<(usize, String)> {
-        for (integrator, state) in self.session.integrators.iter_mut().zip(&*self.states) {
+        for (integrator, state) in self.motion.integrators.iter_mut().zip(&*self.states) {
             if *state == ResponseState::Matrix {
                 integrator.end_responses();
             }
@@ -45,17 +58,17 @@ impl<'a> BodyResponses<'a> {
 
     /// Prepares the matrix of a body.
     fn begin(&mut self, index: usize) -> ResponseState {
-        if !self.session.limits.scheme.is_implicit() || self.session.bodies[index].frozen.is_some() {
+        if !self.motion.is_implicit() || self.bodies[index].frozen.is_some() {
             return ResponseState::Masses;
         }
-        self.session.swap_springs(index);
-        let Session { integrators, bodies, workers, scratch, .. } = &mut *self.session;
-        let system = &mut bodies[index].system;
-        let loads = Loads { gravity: Vec3::zeros(), forces: &[], tools: &scratch.springs };
+        self.motion.loads.exchange(self.tools, index);
+        let Motion { integrators, workers, loads, .. } = &mut *self.motion;
+        let system = &mut self.bodies[index].system;
+        let under = Loads { gravity: Vec3::zeros(), forces: &[], tools: loads.springs() };
         let pool = workers.pool(system.elements());
         let (integrator, time) = (&mut integrators[index], self.time);
-        let begun = pool.install(|| integrator.begin_responses(pool, system, &loads, time));
-        self.session.swap_springs(index);
+        let begun = pool.install(|| integrator.begin_responses(pool, system, &under, time));
+        loads.exchange(self.tools, index);
         match begun {
             Ok(()) => ResponseState::Matrix,
             Err(error) => {
@@ -81,8 +94,8 @@ impl Compliance for BodyResponses<'_> {
         if self.states[body] == ResponseState::Masses {
             return None;
         }
-        let Session { integrators, bodies, workers, .. } = &mut *self.session;
-        let (integrator, system) = (&mut integrators[body], &bodies[body].system);
+        let Motion { integrators, workers, .. } = &mut *self.motion;
+        let (integrator, system) = (&mut integrators[body], &self.bodies[body].system);
         let pool = workers.pool(system.elements());
         let report = pool.install(|| integrator.respond(pool, system, constraints, impulses, tolerance));
         changes.copy_from_slice(integrator.response());
@@ -90,15 +103,6 @@ impl Compliance for BodyResponses<'_> {
     }
 
     fn is_cancelled(&self) -> bool {
-        self.session.guard.cancel.is_cancelled()
-    }
-}
-
-impl Session {
-    /// Exchanges the springs of tools on a body with those in `scratch`.
-    fn swap_springs(&mut self, index: usize) {
-        for (slot, springs) in self.tools.iter_mut().zip(&mut self.scratch.springs) {
-            std::mem::swap(slot.tool.springs_mut(index), springs);
-        }
+        self.cancel.is_cancelled()
     }
 }

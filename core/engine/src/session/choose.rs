@@ -44,7 +44,7 @@ impl Session {
         for body in &mut self.bodies {
             let edge = body.discretization.edge();
             let by_tool = self.tools.iter().any(|slot| Tool::meets_samples(&slot.tool.proxy.shape, edge));
-            if by_tool || !self.obstacles.list.is_empty() {
+            if by_tool || !self.interactions.obstacles.is_empty() {
                 let of_body = |error| SessionError::Lattice { body: body.name.clone(), error };
                 let Some(lattice) = body.discretization.lattice() else { continue };
                 let make = || Samples::new(&body.model.surface, lattice);
@@ -62,10 +62,10 @@ impl Session {
         let mut regions = Vec::new();
         for ((body, key), radii) in self.bodies.iter_mut().zip(keys).zip(&radii) {
             let measured = if body.discretization.is_whole() {
-                measure_body(body, &self.workers.all, self.clock.dt, radii)?
+                measure_body(body, self.motion.pool(), self.clock.dt, radii)?
             } else {
                 let key = || format!("{key} {radii:?}");
-                shared.measured(key, || measure_body(body, &self.workers.all, self.clock.dt, radii))?
+                shared.measured(key, || measure_body(body, self.motion.pool(), self.clock.dt, radii))?
             };
             let Measured { frequencies: mut found, mass, nodes, elements, seconds, regions: of_edits } = measured;
             regions.push(of_edits);
@@ -87,9 +87,9 @@ impl Session {
             body.layer_mass = 0.5 * mass / body.discretization.edge().powi(2);
             let touched =
                 found.with_spring(SpringRates { stiffness: LAYER_SHARE * found.stiffness.powi(2), damping: 0.0 });
-            self.limits.planned.push(if self.tools.is_empty() { found } else { touched });
-            self.limits.frequencies.push(found);
-            self.limits.costs.push(StepCost { body: body.name.clone(), nodes, elements, seconds });
+            self.motion.limits.planned.push(if self.tools.is_empty() { found } else { touched });
+            self.motion.limits.frequencies.push(found);
+            self.motion.limits.costs.push(StepCost { body: body.name.clone(), nodes, elements, seconds });
         }
         self.estimate_edits(&regions);
         Ok(())
@@ -109,7 +109,7 @@ impl Session {
             self.events.add(EventKind::LongStep, 0.0, text);
         }
         let time = &scene.time;
-        let symplectic = self.limits.limit(Scheme::SymplecticEuler);
+        let symplectic = self.motion.limits.limit(Scheme::SymplecticEuler);
         let needed = |limit: f64| (self.clock.dt / (STEP_SHARE * limit)).ceil().max(1.0);
         let (scheme, why) = match time.integrator.scheme() {
             Some(scheme) => (scheme, "the scene asks for it".into()),
@@ -124,8 +124,8 @@ impl Session {
                 (if cheap { Scheme::SymplecticEuler } else { Scheme::BackwardEuler }, why)
             }
         };
-        let limit = self.limits.limit(scheme);
-        let certain = self.limits.certain_limit(scheme);
+        let limit = self.motion.limits.limit(scheme);
+        let certain = self.motion.limits.certain_limit(scheme);
         let substeps = self.substeps(scene, scheme, limit)?;
         if scheme.is_implicit() {
             for body in &mut self.bodies {
@@ -139,8 +139,10 @@ impl Session {
         }
         let solver = &scene.solver;
         let (tolerance, most) = (*solver.tolerance.get_ref(), *solver.iterations.get_ref() as usize);
-        self.integrators = self.bodies.iter().map(|_| Integrator::new(scheme, tolerance, most)).collect();
-        for ((integrator, body), found) in self.integrators.iter_mut().zip(&self.bodies).zip(&self.limits.frequencies) {
+        self.motion.integrators = self.bodies.iter().map(|_| Integrator::new(scheme, tolerance, most)).collect();
+        for ((integrator, body), found) in
+            self.motion.integrators.iter_mut().zip(&self.bodies).zip(&self.motion.limits.frequencies)
+        {
             integrator.max_newton =
                 scene.solver.newton.as_ref().map_or(integrator.max_newton, |n| *n.get_ref() as usize);
             let edge = body.discretization.edge();
@@ -152,15 +154,15 @@ impl Session {
                 STRAIN_OF_GUARDED_STEP * edge / self.clock.dt
             };
             // `force-unstable` is there to show instability.
-            if self.limits.is_forced {
+            if self.motion.limits.is_forced {
                 integrator.guarded_speed = f64::INFINITY;
             }
-            integrator.max_substeps = self.limits.max_substeps.max(MOST_DIVIDED * substeps);
+            integrator.max_substeps = self.motion.limits.max_substeps.max(MOST_DIVIDED * substeps);
             integrator.newton_tolerance = *scene.solver.newton_tolerance.get_ref();
             integrator.max_displacement = 0.5 * edge;
             integrator.resize(body.system.nodes.len());
         }
-        self.limits.scheme = scheme;
+        self.motion.limits.scheme = scheme;
         if scheme.is_implicit() {
             self.choose_preconditioners(solver.preconditioner);
         }
@@ -169,8 +171,8 @@ impl Session {
         self.choices.step_limit = limit;
         self.choices.certain_step_limit = certain;
         self.choices.substeps = substeps;
-        self.limits.costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
-        self.limits.edit_costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
+        self.motion.limits.costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
+        self.motion.limits.edit_costs.iter_mut().for_each(|c| c.seconds *= substeps as f64);
         Ok(())
     }
 
@@ -188,9 +190,12 @@ impl Session {
     /// Chooses the preconditioner of each body. Multilevel preconditioning pays if a wave crosses many nodes in a step, and needs a body whose nodes do
     /// not change.
     fn choose_preconditioners(&mut self, choice: PreconditionerChoice) {
-        for ((body, integrator), found) in self.bodies.iter().zip(&mut self.integrators).zip(&self.limits.frequencies) {
+        for ((body, integrator), found) in
+            self.bodies.iter().zip(&mut self.motion.integrators).zip(&self.motion.limits.frequencies)
+        {
             let nodes = body.system.nodes.len();
-            let reach = if self.limits.scheme.has_inertia() { self.clock.dt * found.stiffness } else { f64::INFINITY };
+            let reach =
+                if self.motion.limits.scheme.has_inertia() { self.clock.dt * found.stiffness } else { f64::INFINITY };
             let (preconditioner, why) = match choice {
                 PreconditionerChoice::BlockJacobi => (Preconditioner::BlockJacobi, "the scene asks for it".into()),
                 PreconditionerChoice::Multilevel => (Preconditioner::Multilevel, "the scene asks for it".into()),
@@ -253,14 +258,14 @@ impl Session {
             };
         }
         let needed = (self.clock.dt / (STEP_SHARE * limit)).ceil().max(1.0);
-        if needed > self.limits.max_substeps as f64 {
-            return refuse(format!("{needed} substeps are more than the {} allowed", self.limits.max_substeps));
+        if needed > self.motion.limits.max_substeps as f64 {
+            return refuse(format!("{needed} substeps are more than the {} allowed", self.motion.limits.max_substeps));
         }
         Ok(needed as usize)
     }
 
     fn left_out(&mut self, what: &str, why: &str) {
-        self.left_out.push(LeftOut { what: what.into(), why: why.into() });
+        self.plan.left_out.push(LeftOut { what: what.into(), why: why.into() });
     }
 }
 

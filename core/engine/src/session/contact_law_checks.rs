@@ -26,7 +26,7 @@ impl Session {
             if !edits.any(|edit| edit.kind.begin(edit, &slot.tool, bodies).is_fingertip()) {
                 (slot.law, slot.tool.law) = (None, None);
                 let what = format!("contact law `{id}` of tool `{}`", slot.tool.name);
-                self.left_out.push(LeftOut { what, why: "no edit touches with the tool".into() });
+                self.plan.left_out.push(LeftOut { what, why: "no edit touches with the tool".into() });
                 continue;
             }
             for body in &self.bodies {

@@ -7,7 +7,6 @@ use super::Session;
 use super::event::EventKind;
 use super::seam_pairs::Seam;
 use crate::body::{Body, Discretization, DivideError, Division};
-use crate::contact::{SheetTips, SoftTip};
 use std::collections::BTreeMap;
 
 /// Bodies that have been split and their parts.
@@ -73,8 +72,8 @@ impl Session {
         self.remember_now();
         let split = self.divide(body, division);
         self.resume_touching(&touching);
-        if split.is_err() && self.history.kept {
-            self.forget_last();
+        if split.is_err() && self.editing.history.kept {
+            self.editing.history.forget_last();
         }
         if let Err(error) = &split {
             let time = self.time();
@@ -106,15 +105,15 @@ impl Session {
         let was_mirrored = body.symmetry.is_some();
         let divided = body.divided(division, &self.plan.cap_material);
         let mut parts = divided.map_err(|error| SplitError::Divide { name: name.clone(), error })?;
-        self.layers.assign(&self.bodies);
-        let (whole, root) = (self.bodies[index].number, self.divided.root[self.bodies[index].number as usize]);
-        let seams = self.seams.of_body.get(index).cloned().unwrap_or_default();
+        self.editing.layers.assign(&self.bodies);
+        let (whole, root) = (self.bodies[index].number, self.editing.divided.root[self.bodies[index].number as usize]);
+        let seams = self.interactions.seams.of_bodies().get(index).cloned().unwrap_or_default();
         let mut numbers: Vec<u32> = self.bodies.iter().map(|body| body.number).collect();
         let mut indices = vec![index];
         for (place, part) in parts.iter_mut().enumerate() {
-            part.number = self.divided.root.len() as u32;
-            self.divided.root.push(root);
-            self.divided.seams.insert(part.number, seams_of_part(&seams, part));
+            part.number = self.editing.divided.root.len() as u32;
+            self.editing.divided.root.push(root);
+            self.editing.divided.seams.insert(part.number, seams_of_part(&seams, part));
             if place == 0 {
                 numbers[index] = part.number;
             } else {
@@ -123,10 +122,10 @@ impl Session {
                 part.name = self.free_name(&name, place);
             }
         }
-        self.divided.seams.insert(whole, seams);
-        self.ties.divide(whole, &parts);
+        self.editing.divided.seams.insert(whole, seams);
+        self.interactions.ties.divide(whole, &parts);
         let names: Vec<String> = parts.iter().map(|part| format!("`{}`", part.name)).collect();
-        self.divided.aside.extend(parts.into_iter().map(|part| (part.number, part)));
+        self.editing.divided.aside.extend(parts.into_iter().map(|part| (part.number, part)));
         self.show_bodies(numbers.into_iter());
         self.fix_layers(time);
         let lost = if was_mirrored {
@@ -145,7 +144,7 @@ impl Session {
         let present = self.bodies.iter().map(|body| body.name.as_str());
         let taken: Vec<&str> = present
             .chain(self.standing.iter().map(|(name, _)| name.as_str()))
-            .chain(self.divided.aside.values().map(|body| body.name.as_str()))
+            .chain(self.editing.divided.aside.values().map(|body| body.name.as_str()))
             .collect();
         let mut names = (place + 1..).map(|number| format!("{whole}-{number}"));
         names.find(|name| !taken.contains(&name.as_str())).unwrap_or_default()
@@ -153,7 +152,7 @@ impl Session {
 
     /// Whether the session has a body with this number, present or aside.
     pub(super) fn has_body(&self, number: u32) -> bool {
-        self.divided.aside.contains_key(&number) || self.bodies.iter().any(|body| body.number == number)
+        self.editing.divided.aside.contains_key(&number) || self.bodies.iter().any(|body| body.number == number)
     }
 
     /// Makes the bodies with these numbers, all of which there are, those of the session; the others are put aside. What belongs to the nodes of a body that has
@@ -163,15 +162,15 @@ impl Session {
             return;
         }
         let before: Vec<u32> = self.bodies.iter().map(|body| body.number).collect();
-        if !self.seams.of_body.is_empty() {
-            for (number, seams) in before.iter().zip(&self.seams.of_body) {
-                self.divided.seams.entry(*number).or_insert_with(|| seams.clone());
+        if !self.interactions.seams.of_bodies().is_empty() {
+            for (number, seams) in before.iter().zip(self.interactions.seams.of_bodies()) {
+                self.editing.divided.seams.entry(*number).or_insert_with(|| seams.clone());
             }
         }
-        self.divided.aside.extend(self.bodies.drain(..).map(|body| (body.number, body)));
+        self.editing.divided.aside.extend(self.bodies.drain(..).map(|body| (body.number, body)));
         for (index, number) in numbers.enumerate() {
-            let Some(mut body) = self.divided.aside.remove(&number) else { continue };
-            if let Some(other) = before.get(index).and_then(|before| self.divided.aside.get(before)) {
+            let Some(mut body) = self.editing.divided.aside.remove(&number) else { continue };
+            if let Some(other) = before.get(index).and_then(|before| self.editing.divided.aside.get(before)) {
                 body.take_place_of(other);
             }
             self.bodies.push(body);
@@ -189,42 +188,19 @@ impl Session {
     /// Gives every body what the session keeps for each: a part has the settings of the body of the scene that it was a part of. `before` are the numbers of the
     /// bodies that these were kept for so far.
     fn fit_bodies(&mut self, before: &[u32]) {
-        let roots: Vec<usize> = self.bodies.iter().map(|body| self.divided.root[body.number as usize]).collect();
+        let roots: Vec<usize> =
+            self.bodies.iter().map(|body| self.editing.divided.root[body.number as usize]).collect();
         let (count, scene) = (roots.len(), roots.iter().max().map_or(0, |last| last + 1));
         let is_same = |index: usize| before.get(index) == Some(&self.bodies[index].number);
         // From the first body that is another one on; those of the scene have had theirs since it was opened.
         let kept = (scene..count).find(|index| !is_same(*index)).unwrap_or(count);
-        self.integrators.truncate(kept);
-        self.limits.truncate(kept);
-        self.sheet_tips.truncate(kept);
-        self.warnings.material_places.truncate(kept);
-        for (body, &root) in self.bodies.iter().zip(&roots).skip(kept) {
-            let mut integrator = self.integrators[root].with_same_settings();
-            integrator.resize(body.system.nodes.len());
-            self.integrators.push(integrator);
-            self.limits.push_like(root, &body.name);
-            self.sheet_tips.push(SheetTips::default());
-            let place = self.warnings.material_places[root].clone();
-            self.warnings.material_places.push(place);
-        }
-        self.moved.resize(count, 0.0);
-        self.workers.resize(count);
-        self.sleep.resize(count);
-        self.obstacles.resize(count);
-        self.body_contacts.set_bodies(&roots);
-        for slot in &mut self.tools {
-            slot.tool.resize_bodies(count);
-            slot.soft.truncate(kept);
-            for &root in &roots[kept..] {
-                let soft = slot.soft[root].as_ref().map(SoftTip::with_same_method);
-                slot.soft.push(soft);
-            }
-        }
-        if !self.seams.of_body.is_empty() {
-            let seams = &self.divided.seams;
-            let of = |body: &Body| seams.get(&body.number).cloned().unwrap_or_default();
-            self.seams.set_bodies(self.bodies.iter().map(of).collect());
-        }
+        self.motion.set_bodies(&self.bodies, &roots, kept);
+        let seams_of = |body: &Body| self.editing.divided.seams.get(&body.number).cloned().unwrap_or_default();
+        let has_seams = !self.interactions.seams.of_bodies().is_empty();
+        let seams = has_seams.then(|| self.bodies.iter().map(seams_of).collect());
+        self.interactions.set_bodies(&roots, kept, seams);
+        self.warnings.set_bodies(&roots, kept);
+        self.tools.iter_mut().for_each(|slot| slot.set_bodies(&roots, kept));
         self.guard.resumes_at = None;
     }
 }

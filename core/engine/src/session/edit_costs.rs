@@ -65,7 +65,7 @@ impl Session {
     /// Costs of all edits, from the cost of a step of each body and the sizes of their regions.
     pub(super) fn estimate_edits(&mut self, regions: &[Vec<RegionSize>]) {
         let mut costs = Vec::new();
-        for ((body, regions), cost) in self.bodies.iter().zip(regions).zip(&self.limits.costs) {
+        for ((body, regions), cost) in self.bodies.iter().zip(regions).zip(&self.motion.limits.costs) {
             for (edit, radius) in self.plan.edits.iter().zip(self.edit_radii(body)) {
                 // The mirror images of an edit cost what it costs.
                 if self.tools[edit.tool].mirror.is_some() {
@@ -86,11 +86,11 @@ impl Session {
                 });
             }
         }
-        self.limits.edit_costs = costs;
+        self.motion.limits.edit_costs = costs;
     }
 
     /// Cost of a step of each body under each edit of the scene.
     pub fn edit_costs(&self) -> &[EditCost] {
-        &self.limits.edit_costs
+        &self.motion.limits.edit_costs
     }
 }

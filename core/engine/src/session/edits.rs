@@ -23,15 +23,15 @@ impl Session {
                 continue;
             }
             let touching = self.tools[tool].touching_proxy().filter(|_| now.is_some());
-            let cuts = self.history.cuts.advances;
+            let cuts = self.editing.history.cuts.advances;
             self.end_edit(tool);
             // A hand that presses is inside of the body: the next edit meets the surface from outside, where the proxy is. A cut may have taken that away.
-            if let Some(proxy) = touching.filter(|_| self.history.cuts.advances == cuts) {
+            if let Some(proxy) = touching.filter(|_| self.editing.history.cuts.advances == cuts) {
                 self.resume_touching(&[proxy]);
             }
             if let Some(edit) = now {
                 if self.plan.edits[edit].kind.changes_topology() {
-                    self.layers.assign(&self.bodies);
+                    self.editing.layers.assign(&self.bodies);
                 }
                 self.begin_symmetric_edit(tool);
                 self.remember(tool, edit);
@@ -57,13 +57,13 @@ impl Session {
             }
             let slot = &mut self.tools[tool];
             let advances = std::mem::take(&mut slot.advances);
-            self.warnings.tallies[index].advances += advances;
             let cut = advances > 0;
             let changed_body = std::mem::take(&mut slot.tool.changed_body);
             let has_tied = std::mem::take(&mut slot.has_tied);
             slot.is_stitch_refused = false;
-            self.end_drawing(tool);
-            self.warnings.tallies[index].has_changed |= changed_body || has_tied;
+            // What its stroke was drawing together is let go.
+            self.interactions.ties.drop_drawn(tool);
+            self.warnings.tally_ended(index, advances, changed_body || has_tied);
             let kept = edit.release == Release::Keep && !edit.kind.changes_body();
             if cut || changed_body && edit.kind.changes_topology() {
                 self.fix_layers(time);
@@ -92,8 +92,7 @@ impl Session {
 
     /// The connectivity has changed: sculpt layers from before are fixed.
     pub(super) fn fix_layers(&mut self, time: f64) {
-        self.history.topologies += 1;
-        if let Some(name) = self.layers.fix(self.history.topologies, &self.bodies) {
+        if let Some(name) = self.editing.fix_layers(&self.bodies) {
             self.events.add(EventKind::LayerFixed, time, || {
                 format!(
                     "layer `{name}` ends at a cut or stitch, for its strength is fixed from there on; strokes go to the base until there is a \
@@ -128,13 +127,7 @@ impl Session {
         match slot.tool.cut(&slot.hand, &mut self.bodies, last) {
             Ok(step) => {
                 slot.advances += step.advances;
-                if step.advances > 0 {
-                    self.history.cut_branches += u64::from(is_behind);
-                    self.history.cuts.advances += step.advances;
-                    self.history.cuts.area += step.area;
-                    self.history.cuts.length += step.length;
-                    self.history.cuts.seconds.push(began.elapsed().as_secs_f64());
-                }
+                self.editing.history.record_cut(&step, is_behind, began.elapsed().as_secs_f64());
                 if let Some((body, refused)) = step.refused {
                     let (tool, body) = (&slot.tool.name, &self.bodies[body].name);
                     self.events
@@ -208,7 +201,7 @@ impl Session {
                     )
                 });
             }
-            match body.keep(&self.workers.all) {
+            match body.keep(self.motion.pool()) {
                 Ok(()) => self.changed(index),
                 Err(error) => self.freeze(index, time, error.to_string()),
             }
@@ -217,7 +210,7 @@ impl Session {
 
     /// Statistics of all cuts so far.
     pub fn cuts(&self) -> &CutCounts {
-        &self.history.cuts
+        &self.editing.history.cuts
     }
 }
 

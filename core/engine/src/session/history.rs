@@ -4,9 +4,10 @@
 
 use super::sculpt_layers::SculptLayers;
 use super::ties::Ties;
-use super::{CutCounts, EventKind, Session};
+use super::{EventKind, Session};
 use crate::body::BodyState;
-use crate::plan::{Edit, Trigger};
+use crate::edit::CutStep;
+use crate::plan::{Edit, HistoryStep, Trigger};
 use crate::scene::Release;
 use pliant_plugin_api::abi;
 use thiserror::Error;
@@ -20,9 +21,23 @@ pub struct HistoryCounts {
     pub undone: usize,
 }
 
+/// Statistics of cuts.
+#[derive(Clone, Debug, Default)]
+pub struct CutCounts {
+    /// Number of advances that changed a mesh.
+    pub advances: usize,
+    /// Cut area of closed bodies, of one of the two walls, m^2.
+    pub area: f64,
+    /// Cut length, of one of the two sides, m.
+    pub length: f64,
+    /// Wall-clock time of cutting in each step with an advance, s: mesh, model, lattice and samples.
+    pub seconds: Vec<f64>,
+}
+
 /// Edits that can be undone and redone.
 #[derive(Default)]
 pub(super) struct History {
+    /// Whether states are kept.
     pub(super) kept: bool,
     /// Tools with such an edit under way, and all bodies before it.
     under_way: Vec<(usize, SavedState)>,
@@ -35,7 +50,7 @@ pub(super) struct History {
     /// Statistics of all cuts.
     pub(super) cuts: CutCounts,
     /// Number of cuts after an undo, which discard what could have been redone.
-    pub(super) cut_branches: u64,
+    cut_branches: u64,
     /// Number of cuts and stitches, which fix sculpt layers.
     pub(super) topologies: u64,
 }
@@ -91,55 +106,131 @@ struct HistoryClock {
 const MAX_UNDO: usize = 100;
 
 impl History {
+    /// How many edits can be undone and redone.
+    fn counts(&self) -> HistoryCounts {
+        HistoryCounts { done: self.done.len() + self.under_way.len(), undone: self.undone.len() }
+    }
+
     /// Appends a state that can be restored, and forgets the oldest of too many.
     fn push(&mut self, before: SavedState) {
         self.done.push(before);
         let over = self.done.len().saturating_sub(MAX_UNDO);
         self.done.drain(..over);
     }
+
+    /// What was undone cannot be redone: something else changes.
+    fn branch(&mut self) {
+        self.undone.clear();
+        self.strength_of = None;
+    }
+
+    /// The state before the last edit, or with `redo` after the one that was undone last, in exchange for the present state; `None` without one.
+    fn exchange(&mut self, now: SavedState, redo: bool) -> Option<SavedState> {
+        self.strength_of = None;
+        let (from, to) = if redo { (&mut self.undone, &mut self.done) } else { (&mut self.done, &mut self.undone) };
+        let state = from.pop()?;
+        to.push(now);
+        Some(state)
+    }
+
+    /// The last state that was recorded is not needed: nothing has changed.
+    pub(super) fn forget_last(&mut self) {
+        self.done.pop();
+    }
+
+    /// The edit of a tool is over. Its state before is kept if `has_changed` says that there is anything to take back.
+    fn settle(&mut self, tool: usize, has_changed: impl FnOnce(&SavedState) -> bool) {
+        let Some(place) = self.under_way.iter().position(|(t, _)| *t == tool) else { return };
+        let (_, before) = self.under_way.remove(place);
+        if has_changed(&before) {
+            self.push(before);
+        }
+    }
+
+    /// Records the state before a change of the sculpt layers. Changes of the strength of the same layer, `strength_of`, right after each other are one.
+    pub(super) fn record_layers(&mut self, before: SavedState, strength_of: Option<u32>) {
+        let goes_on = strength_of.is_some() && self.strength_of == strength_of;
+        self.strength_of = strength_of;
+        if !goes_on {
+            self.undone.clear();
+            self.push(before);
+        }
+    }
+
+    /// Adds advances of a blade to the statistics. `is_behind` says that cuts had been undone, which can now not be redone.
+    pub(super) fn record_cut(&mut self, step: &CutStep, is_behind: bool, seconds: f64) {
+        if step.advances > 0 {
+            self.cut_branches += u64::from(is_behind);
+            self.cuts.advances += step.advances;
+            self.cuts.area += step.area;
+            self.cuts.length += step.length;
+            self.cuts.seconds.push(seconds);
+        }
+    }
+
+    /// Those of a scene's undos (false) and redos (true) that are due at `time` (s): first timed ones in the order of their times, then those of `buttons`
+    /// that have been pressed since the last step.
+    fn due(&mut self, steps: &[HistoryStep], buttons: u32, time: f64) -> Vec<bool> {
+        let pressed = buttons & !self.clock.buttons;
+        let after = self.clock.until.unwrap_or(f64::NEG_INFINITY);
+        self.clock = HistoryClock { until: Some(time), buttons };
+        let mut timed = Vec::new();
+        let mut by_button = Vec::new();
+        for step in steps {
+            match step.trigger {
+                Trigger::Time(at) if after < at && at <= time => timed.push((at, step.redo)),
+                Trigger::Button { button, span } if span.contains(time) && pressed >> button & 1 == 1 => {
+                    by_button.push(step.redo);
+                }
+                Trigger::Time(_) | Trigger::Button { .. } => {}
+            }
+        }
+        timed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        timed.into_iter().map(|(_, redo)| redo).chain(by_button).collect()
+    }
+
+    /// Goes to the time of a snapshot; nothing can be undone or redone there.
+    fn go_to(&mut self, snapshot: &Snapshot) {
+        *self = Self {
+            kept: self.kept,
+            clock: snapshot.clock,
+            cuts: snapshot.cuts.clone(),
+            cut_branches: self.cut_branches,
+            topologies: self.topologies,
+            ..Self::default()
+        };
+    }
 }
 
 impl Session {
     /// Enables [`Session::undo`] for all following edits.
     pub fn keep_history(&mut self) {
-        self.history.kept = true;
+        self.editing.history.kept = true;
     }
 
     /// How many edits can be undone and redone.
     pub fn history(&self) -> HistoryCounts {
-        let History { done, under_way, undone, .. } = &self.history;
-        HistoryCounts { done: done.len() + under_way.len(), undone: undone.len() }
+        self.editing.history.counts()
     }
 
     /// Restores the state before the last cut, the last edit that changed a shape or history for good, or the last change of sculpt layers. An active edit of that kind
     /// ends first and does not begin again before its button is pressed again. Returns whether there was one.
     pub fn undo(&mut self) -> bool {
-        if self.history().done == 0 {
-            return false;
-        }
-        let touching = self.touching_proxies();
-        self.end_edits();
-        self.history.strength_of = None;
-        let Some(before) = self.history.done.pop() else { return false };
-        let now = self.save();
-        self.history.undone.push(now);
-        self.restore_state(&before);
-        self.resume_touching(&touching);
-        true
+        self.history().done > 0 && self.exchange_states(false)
     }
 
     /// Redoes the edit that was undone last. Returns whether there was one.
     pub fn redo(&mut self) -> bool {
-        if self.history.undone.is_empty() {
-            return false;
-        }
+        self.history().undone > 0 && self.exchange_states(true)
+    }
+
+    /// Ends active edits, and undoes or redoes one. Returns whether there was one.
+    fn exchange_states(&mut self, redo: bool) -> bool {
         let touching = self.touching_proxies();
         self.end_edits();
-        self.history.strength_of = None;
-        let Some(after) = self.history.undone.pop() else { return false };
         let now = self.save();
-        self.history.done.push(now);
-        self.restore_state(&after);
+        let Some(state) = self.editing.history.exchange(now, redo) else { return false };
+        self.restore_state(&state);
         self.resume_touching(&touching);
         true
     }
@@ -149,9 +240,9 @@ impl Session {
         Snapshot {
             state: self.save(),
             steps: self.clock.steps,
-            clock: self.history.clock,
-            cut_branches: self.history.cut_branches,
-            cuts: self.history.cuts.clone(),
+            clock: self.editing.history.clock,
+            cut_branches: self.editing.history.cut_branches,
+            cuts: self.editing.history.cuts.clone(),
             is_cut: self.bodies.iter().any(|body| body.cut.as_ref().is_some_and(|mesh| mesh.depth() > 0)),
         }
     }
@@ -166,7 +257,7 @@ impl Session {
         if !snapshot.state.bodies.iter().all(|(number, _)| self.has_body(*number)) {
             return Err(SnapshotError::Bodies { found, expected });
         }
-        if snapshot.is_cut && snapshot.cut_branches != self.history.cut_branches {
+        if snapshot.is_cut && snapshot.cut_branches != self.editing.history.cut_branches {
             return Err(SnapshotError::Recut);
         }
         // An edit that ended properly could cut once more or keep its shape; what it did is given up.
@@ -176,39 +267,16 @@ impl Session {
         }
         self.restore_state(&snapshot.state);
         self.clock.steps = snapshot.steps;
-        self.history = History {
-            kept: self.history.kept,
-            clock: snapshot.clock,
-            cuts: snapshot.cuts.clone(),
-            cut_branches: self.history.cut_branches,
-            topologies: self.history.topologies,
-            ..History::default()
-        };
+        self.editing.history.go_to(snapshot);
         self.frame.time = self.time();
         Ok(())
     }
 
-    /// The scene's undos (false) and redos (true) that are due at `time` (s): first timed ones in the order of their times, then those of buttons that
-    /// have been pressed since the last step.
+    /// The scene's undos (false) and redos (true) that are due at `time` (s), see [`History::due`].
     pub(super) fn due_history_steps(&mut self, time: f64) -> Vec<bool> {
         let hands = self.tools.iter().filter(|slot| slot.hand.present);
         let buttons = hands.fold(0, |down, slot| down | slot.hand.buttons);
-        let pressed = buttons & !self.history.clock.buttons;
-        let after = self.history.clock.until.unwrap_or(f64::NEG_INFINITY);
-        (self.history.clock.buttons, self.history.clock.until) = (buttons, Some(time));
-        let mut timed = Vec::new();
-        let mut by_button = Vec::new();
-        for step in &self.plan.history_steps {
-            match step.trigger {
-                Trigger::Time(at) if after < at && at <= time => timed.push((at, step.redo)),
-                Trigger::Button { button, span } if span.contains(time) && pressed >> button & 1 == 1 => {
-                    by_button.push(step.redo);
-                }
-                Trigger::Time(_) | Trigger::Button { .. } => {}
-            }
-        }
-        timed.sort_by(|a, b| a.0.total_cmp(&b.0));
-        timed.into_iter().map(|(_, redo)| redo).chain(by_button).collect()
+        self.editing.history.due(&self.plan.history_steps, buttons, time)
     }
 
     /// Whether an edit is one that can be taken back. Where a material has a history, as clay has, any edit may leave something.
@@ -217,56 +285,34 @@ impl Session {
         leaves || self.bodies.iter().any(|body| body.system.sets.iter().any(|set| set.has(abi::HAS_HISTORY)))
     }
 
-    /// Records the state before an edit that begins with a tool.
+    /// Records the state before an edit that begins with a tool. One of a mirrored tool belongs to the edit of its original.
     pub(super) fn remember(&mut self, tool: usize, edit: usize) {
-        if self.history.kept && self.is_remembered(&self.plan.edits[edit]) {
-            if self.tools[tool].mirror.is_some() {
-                return; // belongs to the edit of the mirrored hand
-            }
+        let is_recorded = self.editing.history.kept && self.is_remembered(&self.plan.edits[edit]);
+        if is_recorded && self.tools[tool].mirror.is_none() {
             let now = self.save();
-            self.history.under_way.push((tool, now));
-            self.history.undone.clear();
-            self.history.strength_of = None;
+            self.editing.history.under_way.push((tool, now));
+            self.editing.history.branch();
         }
     }
 
     /// Records the present state before a change that is no edit of a tool.
     pub(super) fn remember_now(&mut self) {
-        if self.history.kept {
+        if self.editing.history.kept {
             let now = self.save();
-            self.history.undone.clear();
-            self.history.strength_of = None;
-            self.history.push(now);
+            self.editing.history.branch();
+            self.editing.history.push(now);
         }
-    }
-
-    /// The last state that was recorded is not needed: nothing has changed.
-    pub(super) fn forget_last(&mut self) {
-        self.history.done.pop();
     }
 
     /// The edit of a tool is over; `changed` tells whether there is anything to take back.
     pub(super) fn settle(&mut self, tool: usize, changed: bool) {
-        let Some(place) = self.history.under_way.iter().position(|(t, _)| *t == tool) else { return };
-        let (_, before) = self.history.under_way.remove(place);
-        let has_flowed =
-            || self.bodies.iter().zip(&before.bodies).any(|(body, (_, before))| before.has_other_history(body));
-        if changed || has_flowed() {
-            self.history.push(before);
-        }
+        self.editing.history.settle(tool, |before| {
+            let mut bodies = self.bodies.iter().zip(&before.bodies);
+            changed || bodies.any(|(body, (_, before))| before.has_other_history(body))
+        });
     }
 
-    /// Records the state before a change of the sculpt layers. Changes of the strength of the same layer, `strength_of`, right after each other are one.
-    pub(super) fn remember_layers(&mut self, before: Option<SavedState>, strength_of: Option<u32>) {
-        let Some(before) = before else { return };
-        let goes_on = strength_of.is_some() && self.history.strength_of == strength_of;
-        self.history.strength_of = strength_of;
-        if !goes_on {
-            self.history.undone.clear();
-            self.history.push(before);
-        }
-    }
-
+    /// Ends all active edits. Those that can be taken back do not go on.
     pub(super) fn end_edits(&mut self) {
         for tool in 0..self.tools.len() {
             let Some(edit) = self.tools[tool].edit else { continue };
@@ -277,30 +323,28 @@ impl Session {
 
     /// All bodies and layers. In the middle of a cut or a stitch the layers are those that its end would leave: fixed.
     pub(super) fn save(&self) -> SavedState {
-        let mut layers = self.layers.clone();
         let changes_topology = |edit: usize| self.plan.edits[edit].kind.changes_topology();
         let is_amid = self
             .tools
             .iter()
             .any(|slot| slot.advances > 0 || slot.tool.changed_body && slot.edit.is_some_and(changes_topology));
+        let mut layers = self.editing.layers.clone();
         if is_amid {
-            layers.fix(self.history.topologies + 1, &self.bodies);
+            layers.fix(self.editing.history.topologies + 1, &self.bodies);
         }
         let bodies = self.bodies.iter().map(|body| (body.number, body.save())).collect();
-        SavedState { bodies, layers, ties: self.ties.kept() }
+        SavedState { bodies, layers, ties: self.interactions.ties.kept() }
     }
 
     fn restore_state(&mut self, state: &SavedState) {
         let time = self.time();
-        self.layers = state.layers.clone();
-        self.ties = state.ties.clone();
-        // One that was saved amid a cut has a stamp that no cut has had yet.
-        self.history.topologies = self.history.topologies.max(self.layers.topology());
+        self.editing.restore_layers(&state.layers);
+        self.interactions.ties = state.ties.clone();
         self.show_bodies(state.bodies.iter().map(|(number, _)| *number));
         for (index, (_, state)) in state.bodies.iter().enumerate() {
             match self.bodies[index].restore(state) {
                 Ok(()) => {
-                    let restored = self.bodies[index].restore_symmetry(state, &self.workers.all);
+                    let restored = self.bodies[index].restore_symmetry(state, self.motion.pool());
                     self.changed(index);
                     if let Err(error) = restored {
                         self.freeze(index, time, error.to_string());

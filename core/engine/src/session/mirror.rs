@@ -105,7 +105,7 @@ impl Session {
             has_mirrors = true;
         }
         if has_mirrors {
-            self.unpaired = Some(planes);
+            self.editing.unpaired = Some(planes);
         }
         has_mirrors
     }
@@ -131,17 +131,17 @@ impl Session {
     /// Pairs the vertices of all bodies about the planes that were set last, if that has not been done: it looks at every vertex, and an editor switches a
     /// scene's symmetry off before the first step.
     pub(super) fn pair_vertices(&mut self) {
-        let Some(planes) = self.unpaired.take() else { return };
+        let Some(planes) = self.editing.unpaired.take() else { return };
         self.update_surface();
         let time = self.time();
         for body in &mut self.bodies {
-            if let Err(error) = body.end_symmetry(&self.workers.all) {
+            if let Err(error) = body.end_symmetry(self.motion.pool()) {
                 self.events.add(EventKind::Message, time, || error.to_string());
             }
             pair(body, &planes, time, &mut self.events);
         }
         // Undo may bring these back.
-        for body in self.divided.aside_mut() {
+        for body in self.editing.divided.aside_mut() {
             body.symmetry = (!planes.is_empty()).then(|| Symmetry::new(&body.model, &body.skin, &planes).0);
         }
     }

@@ -1,10 +1,10 @@
 //! Obstacles of a session: their surfaces, where they are, and their contact with bodies.
 
 use super::{Session, Warning, WarningCode};
-use crate::body::Body;
+use crate::body::{Body, LatticeError};
 use crate::contact::{ObstacleContacts, PlacedObstacle};
 use crate::obstacle::{Obstacle, ObstacleSurface};
-use pliant_solver::{StepTime, Vec3};
+use pliant_solver::{Constraint, StepTime, Vec3};
 use serde::Serialize;
 use std::sync::Arc;
 use std::time::Instant;
@@ -13,13 +13,13 @@ use std::time::Instant;
 #[derive(Default)]
 pub(super) struct Obstacles {
     /// The obstacles, in the order of the scene.
-    pub list: Vec<Obstacle>,
+    list: Vec<Obstacle>,
     /// Location of each in the scene.
-    pub places: Vec<String>,
+    places: Vec<String>,
     /// Number of steps in which each pushed a body.
-    pub pushes: Vec<u64>,
+    pushes: Vec<u64>,
     /// Contacts of each moving body; empty without obstacles.
-    pub contacts: Vec<ObstacleContacts>,
+    contacts: Vec<ObstacleContacts>,
     /// What each body and the obstacles have moved since its contacts were last placed, m.
     unseen: Vec<f64>,
 }
@@ -57,54 +57,45 @@ impl Obstacles {
             places,
         }
     }
-}
 
-impl Obstacles {
+    /// Whether the scene has none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
     /// Adapts to another number of moving bodies.
     pub(super) fn resize(&mut self, bodies: usize) {
         let bodies = if self.list.is_empty() { 0 } else { bodies };
         self.contacts.resize_with(bodies, ObstacleContacts::new);
         self.unseen.resize(bodies, 0.0);
     }
-}
 
-impl Session {
-    /// The obstacles, in the order of the scene.
-    pub fn obstacles(&self) -> &[Obstacle] {
-        &self.obstacles.list
+    /// Forgets what follows from the surface of a body, after a change of it.
+    pub(super) fn surface_changed(&mut self, body: usize) {
+        self.contacts.iter_mut().skip(body).take(1).for_each(ObstacleContacts::invalidate);
     }
 
-    /// The obstacles for plans and summaries.
-    pub fn obstacle_summaries(&self) -> Vec<ObstacleSummary> {
-        let each = self.obstacles.list.iter().map(|obstacle| {
-            let triangles = match &*obstacle.surface {
-                ObstacleSurface::Shape(..) => 0,
-                ObstacleSurface::Mesh(mesh) => mesh.triangles(),
-            };
-            let (name, surface) = (obstacle.name.clone(), obstacle.kind.clone());
-            ObstacleSummary {
-                name,
-                surface,
-                triangles,
-                moves: obstacle.moves(),
-                distance_seconds: self.time_distances(obstacle),
-            }
-        });
-        each.collect()
+    /// Nodes of a body that obstacles hold, each with what it may still do.
+    pub(super) fn held(&self, body: usize) -> impl Iterator<Item = (u32, Constraint)> + '_ {
+        self.contacts.get(body).into_iter().flat_map(|contacts| contacts.held())
     }
 
-    /// Wall-clock time of the distance of a vertex from an obstacle, s.
-    fn time_distances(&self, obstacle: &Obstacle) -> f64 {
-        let points = self.bodies.iter().flat_map(|body| &body.model.surface.points).take(TIMED_DISTANCES);
-        let began = Instant::now();
-        let (count, sum) = points.fold((0, 0.0), |(count, sum), p| (count + 1, sum + obstacle.distance(*p)));
-        std::hint::black_box(sum);
-        began.elapsed().as_secs_f64() / f64::from(count.max(1))
+    /// Contacts of a body in this step; `None` where no obstacle is near.
+    pub(super) fn near_mut(&mut self, body: usize) -> Option<&mut ObstacleContacts> {
+        self.contacts.get_mut(body).filter(|contacts| contacts.is_near())
+    }
+
+    /// Moves vertices of a body's surface that are inside of obstacles out of them.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(super) fn clear_skin(&self, index: usize, body: &mut Body) -> Result<(), LatticeError> {
+        self.contacts.get(index).map_or(Ok(()), |contacts| contacts.clear_skin(body))
     }
 
     /// Whether an obstacle moves in a step near the box of a body, m.
-    pub(super) fn obstacle_comes(&self, [low, high]: [Vec3; 2], reach: f64, time: StepTime) -> bool {
-        self.obstacles.list.iter().any(|obstacle| {
+    pub(super) fn come_near(&self, [low, high]: [Vec3; 2], reach: f64, time: StepTime) -> bool {
+        self.list.iter().any(|obstacle| {
             let corners: [Vec3; 8] =
                 std::array::from_fn(|i| Vec3::from_fn(|c, _| if i >> c & 1 == 1 { high[c] } else { low[c] }));
             let fastest = obstacle.fastest(&corners, time);
@@ -117,15 +108,23 @@ impl Session {
         })
     }
 
-    /// Finds the points of a body that may meet an obstacle in a step.
-    pub(super) fn place_obstacles(&mut self, index: usize, time: StepTime) {
-        let Some(contacts) = self.obstacles.contacts.get_mut(index) else { return };
-        let list = &self.obstacles.list;
-        let body = &mut self.bodies[index];
+    /// Finds the points of a body that may meet an obstacle in a step under this gravity (m/s^2).
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(super) fn place(
+        &mut self,
+        index: usize,
+        body: &mut Body,
+        gravity: Vec3,
+        time: StepTime,
+    ) -> Result<(), LatticeError> {
+        let Some(contacts) = self.contacts.get_mut(index) else { return Ok(()) };
+        let list = &self.list;
         let x = &body.system.nodes.x;
         let fastest = list.iter().fold(0.0, |most: f64, obstacle| most.max(obstacle.fastest(x, time)));
         let speed = body.system.nodes.v.iter().fold(0.0, |most: f64, v| most.max(v.norm_squared())).sqrt();
-        let reach = time.dt * (2.0 * speed + fastest + 2.0 * time.dt * self.plan.gravity.norm());
+        let reach = time.dt * (2.0 * speed + fastest + 2.0 * time.dt * gravity.norm());
         let placed = list.iter().map(|obstacle| PlacedObstacle {
             surface: Arc::clone(&obstacle.surface),
             rotation: obstacle.rotation_at(time.start),
@@ -135,25 +134,22 @@ impl Session {
             restitution: obstacle.restitution,
             friction: obstacle.friction,
         });
-        let moved = std::mem::take(&mut self.obstacles.unseen[index]);
-        if let Err(error) = contacts.place(body, placed, time.dt, moved, reach) {
-            self.freeze(index, time.start, error.to_string());
-        }
+        contacts.place(body, placed, time.dt, std::mem::take(&mut self.unseen[index]), reach)
     }
 
-    /// Moves the obstacles to the end of a step and sums the forces on them.
-    pub(super) fn finish_obstacles(&mut self, time: StepTime) {
-        let list = &self.obstacles.list;
-        for ((unseen, moved), body) in self.obstacles.unseen.iter_mut().zip(&self.moved).zip(&self.bodies) {
+    /// Moves the obstacles to the end of a step and sums the forces on them. `moved` is the largest displacement of a node of each body in the step, m.
+    pub(super) fn finish_step(&mut self, bodies: &[Body], moved: &[f64], time: StepTime) {
+        let list = &self.list;
+        for ((unseen, moved), body) in self.unseen.iter_mut().zip(moved).zip(bodies) {
             let x = &body.system.nodes.x;
             let fastest = list.iter().fold(0.0, |most: f64, obstacle| most.max(obstacle.fastest(x, time)));
             *unseen += moved + time.dt * fastest;
         }
-        for (at, obstacle) in self.obstacles.list.iter_mut().enumerate() {
+        for (at, obstacle) in self.list.iter_mut().enumerate() {
             let end = time.end();
             (obstacle.position, obstacle.rotation) = (obstacle.position_at(end), obstacle.rotation_at(end));
             (obstacle.force, obstacle.friction_work) = (Vec3::zeros(), 0.0);
-            for (contacts, body) in self.obstacles.contacts.iter().zip(&self.bodies) {
+            for (contacts, body) in self.contacts.iter().zip(bodies) {
                 if body.frozen.is_none()
                     && let (Some(force), Some(work)) = (contacts.force.get(at), contacts.friction_work.get(at))
                 {
@@ -161,18 +157,34 @@ impl Session {
                     obstacle.friction_work += work;
                 }
             }
-            self.obstacles.pushes[at] += u64::from(obstacle.force != Vec3::zeros());
+            self.pushes[at] += u64::from(obstacle.force != Vec3::zeros());
         }
     }
 
-    /// Warnings about obstacles that are found when a scene is opened.
-    pub(super) fn find_obstacle_warnings(&self) -> Vec<Warning> {
+    /// Energy dissipated by friction of bodies on all obstacles in the last step, J.
+    pub(super) fn friction_work(&self) -> f64 {
+        self.list.iter().map(|obstacle| obstacle.friction_work).sum()
+    }
+
+    /// The obstacles for plans and summaries. The time of distances is measured at vertices of `bodies`.
+    fn summaries(&self, bodies: &[Body]) -> Vec<ObstacleSummary> {
+        let each = self.list.iter().map(|obstacle| {
+            let triangles = match &*obstacle.surface {
+                ObstacleSurface::Shape(..) => 0,
+                ObstacleSurface::Mesh(mesh) => mesh.triangles(),
+            };
+            let (name, surface) = (obstacle.name.clone(), obstacle.kind.clone());
+            let (moves, distance_seconds) = (obstacle.moves(), time_distances(obstacle, bodies));
+            ObstacleSummary { name, surface, triangles, moves, distance_seconds }
+        });
+        each.collect()
+    }
+
+    /// Warnings about obstacles and bodies that are found when a scene is opened.
+    pub(super) fn opening_warnings(&self, bodies: &[Body]) -> Vec<Warning> {
         let mut found = Vec::new();
-        for (body, (obstacle, place)) in self
-            .bodies
-            .iter()
-            .flat_map(|body| self.obstacles.list.iter().zip(&self.obstacles.places).map(move |of| (body, of)))
-        {
+        let each = bodies.iter().flat_map(|body| self.list.iter().zip(&self.places).map(move |of| (body, of)));
+        for (body, (obstacle, place)) in each {
             let texts = [
                 (WarningCode::StartsInside, starts_inside(body, obstacle)),
                 (WarningCode::CoarseSheet, is_coarse(body, obstacle)),
@@ -186,20 +198,40 @@ impl Session {
         found
     }
 
-    /// Warnings about obstacles that no body has met, once the session was stepped.
-    pub(super) fn unmet_obstacles(&self) -> impl Iterator<Item = Warning> + '_ {
-        let each = self.obstacles.list.iter().zip(&self.obstacles.places).zip(&self.obstacles.pushes);
-        each.filter(|(_, pushes)| self.steps() > 0 && **pushes == 0).map(|((obstacle, place), _)| Warning {
+    /// Warnings about obstacles that no body has met in `steps` steps.
+    pub(super) fn warn_unmet(&self, steps: u64) -> impl Iterator<Item = Warning> + '_ {
+        let each = self.list.iter().zip(&self.places).zip(&self.pushes);
+        each.filter(move |(_, pushes)| steps > 0 && **pushes == 0).map(move |((obstacle, place), _)| Warning {
             code: WarningCode::MeetsNothing,
             place: place.clone(),
             message: format!(
-                "no body met obstacle `{}` in {} steps; move it into the way of one, or leave it out (a body with a local region meets it only \
+                "no body met obstacle `{}` in {steps} steps; move it into the way of one, or leave it out (a body with a local region meets it only \
                  where cells around a tool are simulated)",
-                obstacle.name,
-                self.steps()
+                obstacle.name
             ),
         })
     }
+}
+
+impl Session {
+    /// The obstacles, in the order of the scene.
+    pub fn obstacles(&self) -> &[Obstacle] {
+        &self.interactions.obstacles.list
+    }
+
+    /// The obstacles for plans and summaries.
+    pub fn obstacle_summaries(&self) -> Vec<ObstacleSummary> {
+        self.interactions.obstacles.summaries(&self.bodies)
+    }
+}
+
+/// Wall-clock time of the distance of a vertex of `bodies` from an obstacle, s.
+fn time_distances(obstacle: &Obstacle, bodies: &[Body]) -> f64 {
+    let points = bodies.iter().flat_map(|body| &body.model.surface.points).take(TIMED_DISTANCES);
+    let began = Instant::now();
+    let (count, sum) = points.fold((0, 0.0), |(count, sum), p| (count + 1, sum + obstacle.distance(*p)));
+    std::hint::black_box(sum);
+    began.elapsed().as_secs_f64() / f64::from(count.max(1))
 }
 
 /// The text of a warning if vertices of a body start inside of an obstacle.

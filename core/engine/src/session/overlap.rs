@@ -1,6 +1,5 @@
 //! Warnings for bodies whose bounding boxes overlap although contact between them is not simulated, at the start and during a run.
 
-use super::Session;
 use super::warning::{Warning, WarningCode};
 use crate::body::Body;
 use pliant_mesh::geometry::Vec3;
@@ -139,26 +138,20 @@ impl OverlapDetection {
         }
         found
     }
-}
 
-impl Session {
-    /// Tests whether boxes have begun to overlap since the last test.
-    pub(super) fn detect_overlaps(&mut self) {
-        let count = self.warnings.overlaps.bodies.len();
-        if count < 2
-            || !self.clock.steps.is_multiple_of(TEST_INTERVAL)
-            || self.warnings.overlaps.known.len() == count * (count - 1) / 2
-        {
+    /// Tests whether boxes have begun to overlap since the last test, after step number `steps`, at `time` (s).
+    pub(super) fn update(&mut self, steps: u64, time: f64, bodies: &[Body], is_tied: impl Fn([usize; 2]) -> bool) {
+        let count = self.bodies.len();
+        if count < 2 || !steps.is_multiple_of(TEST_INTERVAL) || self.known.len() == count * (count - 1) / 2 {
             return;
         }
-        for extended in &mut self.warnings.overlaps.bodies {
+        for extended in &mut self.bodies {
             extended.before = extended.extents;
-            let Some(body) = extended.moving.and_then(|index| self.bodies.get(index)) else { continue };
+            let Some(body) = extended.moving.and_then(|index| bodies.get(index)) else { continue };
             extended.extents = moved_extents(body, extended.rest);
         }
-        let time = self.time();
-        let found = self.warnings.overlaps.test(Some(time), |pair| self.body_contacts.is_tied(pair));
-        self.warnings.overlaps.warnings.extend(found);
+        let found = self.test(Some(time), is_tied);
+        self.warnings.extend(found);
     }
 }
 

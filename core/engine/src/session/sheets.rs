@@ -1,8 +1,10 @@
 //! Contact of tools with sheets: the choice of method, and the tips of a step.
 
+use super::interactions::Interactions;
 use super::step::freeze_body;
 use super::{ContactChoice, Session, ToolSlot};
-use crate::contact::{SheetTips, SoftMethod, SoftPress, SoftTip, Tip};
+use crate::body::Body;
+use crate::contact::{Press, SheetTips, SoftMethod, SoftPress, SoftTip, Tip};
 use crate::scene::{Scene, SheetContact};
 use pliant_solver::{StepTime, Vec3};
 use std::sync::Arc;
@@ -50,7 +52,7 @@ impl Session {
     /// Computes the contact forces of soft tips in a step that starts at `start` (s).
     pub(super) fn press_sheets(&mut self, start: f64) {
         let time = StepTime { start, dt: self.clock.dt };
-        let is_explicit = !self.limits.scheme.is_implicit();
+        let is_explicit = !self.motion.is_implicit();
         let touching = self.tools.iter().filter(|slot| slot.touches()).count();
         for slot in &mut self.tools {
             let tip = slot.fingertip(self.clock.dt);
@@ -62,8 +64,12 @@ impl Session {
                 };
                 let count = body.model.surface.triangles.len() as u32;
                 let triangles = |t| (!body.failed_triangles.contains(t)).then(|| sheet.nodes_of(&body.model, t));
-                let press =
-                    SoftPress { stiffness: slot.tool.coupling.stiffness, moved: self.moved[index], time, is_explicit };
+                let press = SoftPress {
+                    stiffness: slot.tool.coupling.stiffness,
+                    moved: self.motion.moved[index],
+                    time,
+                    is_explicit,
+                };
                 if let Some(areas) = soft.outdated_areas() {
                     areas.resize(body.system.nodes.len(), 0.0);
                     sheet.add_node_areas(&body.model, &body.failed_triangles, areas);
@@ -90,54 +96,55 @@ impl Session {
             }
         }
     }
+}
 
-    /// Sets the tips of the touching tools on a sheet.
-    pub(super) fn place_tips(&mut self, index: usize) {
-        if self.bodies[index].discretization.sheet().is_none() {
+impl Interactions {
+    /// Sets the tips of the touching tools on a sheet for a step of `dt` (s); `moved` is the largest displacement of a node of the sheet in the last one, m.
+    pub(super) fn place_tips(&mut self, index: usize, body: &Body, tools: &[ToolSlot], moved: f64, dt: f64) {
+        if body.discretization.sheet().is_none() {
             return;
         }
-        let tips = &mut self.sheet_tips[index];
-        tips.set_loose_nodes(self.bodies[index].failed_triangles.loose_nodes());
+        let tips = &mut self.tips[index];
+        tips.set_loose_nodes(body.failed_triangles.loose_nodes());
         tips.tips.clear();
         tips.friction_work = 0.0;
-        tips.moved = self.moved[index];
-        tips.is_pressed =
-            self.tools.iter().any(|slot| slot.soft[index].as_ref().is_some_and(|soft| soft.contacts() > 0));
-        tips.tips.extend(self.tools.iter().filter_map(|slot| {
+        tips.moved = moved;
+        tips.is_pressed = tools.iter().any(|slot| slot.soft[index].as_ref().is_some_and(|soft| soft.contacts() > 0));
+        tips.tips.extend(tools.iter().filter_map(|slot| {
             let constrains = slot.soft[index].is_none();
-            slot.fingertip(self.clock.dt).map(|tip| Tip { constrains, ..tip })
+            slot.fingertip(dt).map(|tip| Tip { constrains, ..tip })
         }));
-        for tool in 0..self.tools.len() {
-            let (Some(place), Some(tip)) = (self.place_of_tip(tool), &self.tools[tool].tip) else { continue };
+        for (tool, slot) in tools.iter().enumerate() {
+            let (Some(place), Some(tip)) = (place_of_tip(tools, tool), &slot.tip) else { continue };
             let of_others = |(other, tips): (usize, &SheetTips)| {
                 tips.tips.get(place).filter(|_| other != index).map_or(Vec3::zeros(), |tip| tip.force)
             };
-            let others = self.sheet_tips.iter().enumerate().map(of_others).sum();
-            self.sheet_tips[index].tips[place].response = tip.response(others, self.clock.dt);
+            let others = self.tips.iter().enumerate().map(of_others).sum();
+            self.tips[index].tips[place].response = tip.response(others, dt);
         }
     }
 
-    /// Moves tips with a mass as the step of a sheet has found that they move.
-    pub(super) fn return_tips(&mut self, index: usize) {
-        for tool in 0..self.tools.len() {
-            let found = self.place_of_tip(tool).and_then(|place| self.sheet_tips[index].tips.get(place));
+    /// Moves tips with a mass as the step of `dt` (s) of a sheet has found that they move.
+    pub(super) fn return_tips(&self, index: usize, tools: &mut [ToolSlot], dt: f64) {
+        for tool in 0..tools.len() {
+            let found = place_of_tip(tools, tool).and_then(|place| self.tips[index].tips.get(place));
             let Some((end, Some(force))) = found.map(|tip| (tip.position, tip.implicit_force)) else { continue };
-            let slot = &mut self.tools[tool];
+            let slot = &mut tools[tool];
             if let (Some(tip), None) = (&mut slot.tip, slot.tool.proxy.touch) {
-                tip.apply_implicit_force((end - slot.tool.proxy.position) / self.clock.dt, force, self.clock.dt);
+                tip.apply_implicit_force((end - slot.tool.proxy.position) / dt, force, dt);
                 slot.tool.proxy.position = end;
             }
         }
     }
 
-    /// Energy dissipated by friction of sheets on tips, and of bodies on obstacles, in the last step, J.
-    pub(super) fn friction_work(&self) -> f64 {
-        let mut sum = self.obstacles.list.iter().map(|obstacle| obstacle.friction_work).sum::<f64>();
-        for (index, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.frozen.is_none()) {
-            sum += self.sheet_tips[index].friction_work;
-            for slot in &self.tools {
-                if let (Some(soft), Some(tip)) = (&slot.soft[index], slot.fingertip(self.clock.dt)) {
-                    sum += soft.friction_work(&tip, &body.system.nodes, self.clock.dt);
+    /// Energy dissipated by friction of sheets on tips, and of bodies on obstacles, in the last step of `dt` (s), J.
+    pub(super) fn friction_work(&self, bodies: &[Body], tools: &[ToolSlot], dt: f64) -> f64 {
+        let mut sum = self.obstacles.friction_work();
+        for (index, body) in bodies.iter().enumerate().filter(|(_, body)| body.frozen.is_none()) {
+            sum += self.tips[index].friction_work;
+            for slot in tools {
+                if let (Some(soft), Some(tip)) = (&slot.soft[index], slot.fingertip(dt)) {
+                    sum += soft.friction_work(&tip, &body.system.nodes, dt);
                 }
             }
         }
@@ -145,11 +152,11 @@ impl Session {
     }
 
     /// Force of the sheets on a tool by contact constraints, N, and the index of the last sheet it touches.
-    pub(super) fn sheet_contact_force(&self, tool: usize) -> (Vec3, Option<u32>) {
-        let Some(place) = self.place_of_tip(tool) else { return (Vec3::zeros(), None) };
+    pub(super) fn sheet_contact_force(&self, tools: &[ToolSlot], tool: usize) -> (Vec3, Option<u32>) {
+        let Some(place) = place_of_tip(tools, tool) else { return (Vec3::zeros(), None) };
         let (mut force, mut of) = (Vec3::zeros(), None);
-        for (index, tips) in self.sheet_tips.iter().enumerate() {
-            let soft = self.tools[tool].soft[index].as_ref().map_or(0, SoftTip::contacts);
+        for (index, tips) in self.tips.iter().enumerate() {
+            let soft = tools[tool].soft[index].as_ref().map_or(0, SoftTip::contacts);
             if let Some(tip) = tips.tips.get(place).filter(|tip| tip.constrained > 0 || soft > 0) {
                 (force, of) = (force + tip.force, Some(index as u32));
             }
@@ -157,21 +164,34 @@ impl Session {
         (force, of)
     }
 
-    /// Force of the sheets on a tool with soft tips, N; part of its reaction.
-    pub(super) fn soft_contact_force(&self, tool: usize) -> Vec3 {
-        let slot = &self.tools[tool];
-        let each = slot.soft.iter().zip(&self.bodies).enumerate();
+    /// Contacts of a tool with sheets in the last step, where they are recorded.
+    pub(super) fn presses(&self, tools: &[ToolSlot], tool: usize) -> impl Iterator<Item = &Press> {
+        let of_place = |place| {
+            let all = self.tips.iter().flat_map(|tips| tips.presses.iter().flatten());
+            all.filter(move |press: &&Press| press.tip == place)
+        };
+        place_of_tip(tools, tool).into_iter().flat_map(of_place)
+    }
+}
+
+/// Index of a tool's tip among the tips on sheets; `None` if it does not touch.
+fn place_of_tip(tools: &[ToolSlot], tool: usize) -> Option<usize> {
+    tools[tool].touches().then(|| tools[..tool].iter().filter(|slot| slot.touches()).count())
+}
+
+impl ToolSlot {
+    /// Force of the sheets on it by its soft tips, N; part of its reaction.
+    pub(super) fn soft_contact_force(&self, bodies: &[Body]) -> Vec3 {
+        let each = self.soft.iter().zip(bodies).enumerate();
         each.filter(|(_, (soft, _))| soft.as_ref().is_some_and(|soft| soft.contacts() > 0)).fold(
             Vec3::zeros(),
             |sum, (i, (_, body))| {
                 let nodes = &body.system.nodes;
-                sum - slot.tool.springs(i).total(&nodes.x, &nodes.v)
+                sum - self.tool.springs(i).total(&nodes.x, &nodes.v)
             },
         )
     }
-}
 
-impl ToolSlot {
     /// Whether its tool is a fingertip with a hand now.
     pub(super) fn touches(&self) -> bool {
         self.tool.is_fingertip() && self.hand.present

@@ -1,7 +1,8 @@
 //! Sleeping: a body at rest is not stepped until something acts on it, if the scene enables it.
 
 use super::{EventKind, Session};
-use pliant_solver::{Constraint, ContactConstraints, StepTime, Vec3};
+use crate::body::Body;
+use pliant_solver::{Constraint, ContactConstraints, Nodes, StepTime, Vec3};
 
 /// Time for which a body must be slow before it falls asleep, s.
 const SLOW_FOR: f64 = 0.1;
@@ -48,57 +49,62 @@ impl Sleep {
     pub(super) fn wake(&mut self, index: usize) {
         self.rests[index] = Rest::default();
     }
+
+    /// Records a step of `dt` (s) in which the fastest node of a body moved at `fastest` (m/s). Returns whether the body falls asleep: it has been slow long
+    /// enough. Its nodes are then stopped.
+    pub(super) fn rest(&mut self, index: usize, nodes: &mut Nodes, fastest: f64, dt: f64) -> bool {
+        let rest = &mut self.rests[index];
+        rest.slow = if fastest < self.speed { rest.slow + dt } else { 0.0 };
+        if self.speed <= 0.0 || rest.slow < SLOW_FOR || rest.asleep.is_some() {
+            return false;
+        }
+        let start = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
+        rest.asleep = Some(nodes.x.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)]));
+        nodes.v.fill(Vec3::zeros());
+        true
+    }
+
+    /// Whether a node is prescribed to move so fast that its body does not sleep.
+    fn is_moved(&self, nodes: &Nodes) -> bool {
+        let moves = |(p, c): (&Vec3, &Constraint)| !c.is_free() && p.norm_squared() >= self.speed * self.speed;
+        nodes.prescribed.iter().zip(&nodes.constraint).any(moves)
+    }
 }
 
 impl Session {
     /// Whether a body sleeps in this step, after tips are placed and fixings prescribed. Wakes it if something acts on it.
     pub(super) fn sleeps(&mut self, index: usize, time: StepTime) -> bool {
-        if self.sleep.speed <= 0.0 {
+        if self.motion.sleep.speed <= 0.0 {
             return false;
         }
         if self.is_disturbed(index, time) {
-            self.sleep.wake(index);
+            self.motion.sleep.wake(index);
         }
-        self.sleep.rests[index].asleep.is_some()
+        self.motion.sleep.is_asleep(index)
     }
 
     /// Records a step in which the fastest node moved at `fastest` (m/s); a body that has been slow long enough falls asleep.
     pub(super) fn rest(&mut self, index: usize, fastest: f64, StepTime { start: time, dt }: StepTime) {
-        let rest = &mut self.sleep.rests[index];
-        rest.slow = if fastest < self.sleep.speed { rest.slow + dt } else { 0.0 };
-        if self.sleep.speed <= 0.0 || rest.slow < SLOW_FOR || rest.asleep.is_some() {
+        let Body { name, system, .. } = &mut self.bodies[index];
+        if !self.motion.sleep.rest(index, &mut system.nodes, fastest, dt) {
             return;
         }
-        let (body, below) = (&mut self.bodies[index], self.sleep.speed);
-        let nodes = &mut body.system.nodes;
-        let start = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
-        let bounds = nodes.x.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)]);
-        rest.asleep = Some(bounds);
-        nodes.v.fill(Vec3::zeros());
-        self.integrators[index].forget_history();
+        self.motion.integrators[index].forget_history();
         // The neighbour lists of tips are invalidated, because motion is not accumulated while the body sleeps.
-        self.sheet_tips[index].invalidate();
-        let name = &body.name;
+        self.interactions.tips[index].invalidate();
+        let below = self.motion.sleep.speed;
         self.events.add(EventKind::Asleep, time + dt, || format!("body `{name}`: below {below} m/s for {SLOW_FOR} s"));
     }
 
     /// Whether a tool loads or is near a body, an obstacle moves near it, or one of its fixings moves.
     fn is_disturbed(&self, index: usize, time: StepTime) -> bool {
-        let nodes = &self.bodies[index].system.nodes;
-        let moves =
-            |(p, c): (&Vec3, &Constraint)| !c.is_free() && p.norm_squared() >= self.sleep.speed * self.sleep.speed;
-        let pulled = self.scratch.springs.iter().any(|springs| !springs.nodes.is_empty());
-        pulled || nodes.prescribed.iter().zip(&nodes.constraint).any(moves) || self.is_near(index, time)
-    }
-
-    /// Whether a tip, or an obstacle that moves, could reach a sleeping body in two steps.
-    fn is_near(&self, index: usize, time: StepTime) -> bool {
-        let Some([low, high]) = self.sleep.rests[index].asleep else { return self.sheet_tips[index].is_active() };
-        let edge = self.bodies[index].discretization.edge();
-        let near_tip = self.sheet_tips[index].tips.iter().any(|tip| {
-            let reach = tip.shape.shape().bounding_radius() + edge + 2.0 * self.clock.dt * tip.velocity.norm();
-            (0..3).all(|c| tip.position[c] > low[c] - reach && tip.position[c] < high[c] + reach)
-        });
-        near_tip || self.obstacle_comes([low, high], edge, time)
+        let (body, sleep) = (&self.bodies[index], &self.motion.sleep);
+        if self.motion.loads.is_loaded() || sleep.is_moved(&body.system.nodes) {
+            return true;
+        }
+        match sleep.rests[index].asleep {
+            Some(bounds) => self.interactions.may_reach(index, bounds, body.discretization.edge(), time),
+            None => self.interactions.tips[index].is_active(),
+        }
     }
 }

@@ -4,14 +4,14 @@
 use super::event::{EventKind, Events};
 use super::frame::{Frame, ToolFrame};
 use super::hand_events::{SafetyPass, add_limit_event, add_safety_events};
+use super::interactions::Interactions;
+use super::motion::Motion;
 use super::{Session, Stage};
 use crate::body::{Body, LatticeError};
-use crate::contact::{BodyContacts, ObstacleContacts, SoftTip};
+use crate::contact::SoftTip;
 use crate::edit::Step;
 use crate::tool::{Cause, Tool, TorqueSafety};
-use pliant_solver::{
-    ContactConstraints, Frequencies, Interrupts, Loads, NoContacts, StepError, StepReport, StepTime, Vec3,
-};
+use pliant_solver::{Frequencies, Interrupts, Loads, StepError, StepReport, StepTime, Vec3};
 use std::time::{Duration, Instant};
 
 /// Number of driven axes of a device that renders torque.
@@ -41,9 +41,8 @@ impl Session {
         let mut frame = std::mem::take(&mut self.frame);
         if resumed.is_none() {
             frame.begin();
-        }
-        if resumed.is_none() {
-            self.begin_body_contact(time);
+            let Interactions { body_contacts, ties, .. } = &mut self.interactions;
+            body_contacts.begin(&self.bodies, ties, &mut self.motion, self.plan.gravity, time);
         }
         self.move_bodies(resumed.unwrap_or(0), time, &mut frame);
         if self.guard.is_cancelled {
@@ -51,13 +50,14 @@ impl Session {
             return;
         }
         self.resolve_body_contact(time);
-        self.finish_obstacles(time);
+        self.interactions.obstacles.finish_step(&self.bodies, &self.motion.moved, time);
         self.advance_contact_laws(time);
         self.clock.steps += 1;
-        frame.friction_work = self.friction_work();
+        frame.friction_work = self.interactions.friction_work(&self.bodies, &self.tools, time.dt);
         self.render_forces(time, &mut frame);
         frame.time = self.time();
-        self.detect_overlaps();
+        let is_tied = |pair| self.interactions.body_contacts.is_tied(pair);
+        self.warnings.overlaps.update(self.clock.steps, frame.time, &self.bodies, is_tied);
         frame.seconds = start.elapsed().as_secs_f64();
         frame.parts = [regions, contact - regions, start.elapsed() - contact].map(|d| d.as_secs_f64());
         self.sum_energies(&mut frame);
@@ -83,25 +83,18 @@ impl Session {
     /// Invalidates everything that depends on the nodes of a body, as after a change of them. A step that was cancelled then begins anew.
     pub fn changed(&mut self, index: usize) {
         self.guard.resumes_at = None;
-        self.seams.refused.remove(&index);
-        self.integrators[index].resize(self.bodies[index].system.nodes.len());
-        self.sleep.wake(index);
-        self.body_contacts.changed(index);
-        self.integrators[index].in_contact = false;
-        self.sheet_tips[index].invalidate();
-        self.obstacles.contacts.iter_mut().skip(index).take(1).for_each(ObstacleContacts::invalidate);
-        for slot in &mut self.tools {
-            slot.tool.invalidate(index);
-            slot.soft[index].iter_mut().for_each(SoftTip::invalidate);
-        }
+        self.motion.changed(index, &self.bodies[index]);
+        self.interactions.changed(index);
+        self.tools.iter_mut().for_each(|slot| slot.body_changed(index));
     }
 
+    /// Stops a body for good at `time` (s), and says why.
     pub(super) fn freeze(&mut self, index: usize, time: f64, why: String) {
         freeze_body(&mut self.bodies[index], &mut self.events, time, why);
     }
 
     fn move_regions(&mut self, time: f64) {
-        let mut balls = std::mem::take(&mut self.scratch.balls);
+        let mut balls = std::mem::take(&mut self.motion.balls);
         for index in 0..self.bodies.len() {
             let body = &mut self.bodies[index];
             if body.frozen.is_some() {
@@ -129,17 +122,17 @@ impl Session {
             }
             self.check_patience(index, Stage::Region, time, start);
         }
-        self.scratch.balls = balls;
+        self.motion.balls = balls;
     }
 
     fn touch(&mut self, time: f64) {
-        let is_explicit = !self.limits.scheme.is_implicit();
+        let is_explicit = !self.motion.is_implicit();
         for slot in &mut self.tools {
             let lost = slot.tool.slipped;
             let mut step = Step {
                 hand: &slot.hand,
                 bodies: &mut self.bodies,
-                moved: &self.moved,
+                moved: &self.motion.moved,
                 time: StepTime { start: time, dt: self.clock.dt },
                 is_explicit,
             };
@@ -172,14 +165,14 @@ impl Session {
             frame.nodes += body.system.nodes.len();
             frame.elements += body.system.elements();
             if body.frozen.is_some() || body.system.nodes.is_empty() {
-                self.moved[index] = 0.0;
+                self.motion.moved[index] = 0.0;
                 continue;
             }
             let start = Instant::now();
             let mut stage = Stage::Step;
             // Contact within the step reads what the body moved in the last one.
             let moved = self.move_body(index, time, start, frame);
-            self.moved[index] = moved.as_ref().map_or(0.0, |fastest| fastest * self.clock.dt);
+            self.motion.moved[index] = moved.as_ref().map_or(0.0, |fastest| fastest * self.clock.dt);
             match moved {
                 Ok(fastest) => {
                     if let Err(error) = self.take_failed(index, time.start) {
@@ -187,7 +180,7 @@ impl Session {
                         continue;
                     }
                     // A body near others comes to rest after contact.
-                    if !self.body_contacts.is_near(index) {
+                    if !self.interactions.body_contacts.is_near(index) {
                         self.rest(index, fastest, time);
                     }
                 }
@@ -212,12 +205,12 @@ impl Session {
         self.bodies[index].embed_exposed_faces();
         if change.surface {
             self.tools.iter_mut().for_each(|slot| slot.tool.invalidate(index));
-            self.obstacles.contacts.iter_mut().skip(index).take(1).for_each(ObstacleContacts::invalidate);
+            self.interactions.obstacles.surface_changed(index);
         }
         if change.elements == 0 {
             return Ok(());
         }
-        self.body_contacts.changed(index);
+        self.interactions.body_contacts.changed(index);
         for slot in &mut self.tools {
             slot.soft[index].iter_mut().for_each(SoftTip::invalidate_areas);
         }
@@ -232,29 +225,23 @@ impl Session {
     fn move_body(&mut self, index: usize, time: StepTime, start: Instant, frame: &mut Frame) -> Result<f64, NotMoved> {
         let body = &self.bodies[index];
         let factor = body.stiffness_factor().unwrap_or(1.0) * body.painted_stiffening();
-        let mut frequencies = self.limits.frequencies[index].stiffened(factor);
-        // The springs are moved out for the step and returned to the tools, which read them for the reaction.
-        for (slot, springs) in self.tools.iter_mut().zip(&mut self.scratch.springs) {
-            std::mem::swap(slot.tool.springs_mut(index), springs);
-            frequencies = frequencies.with_spring(springs.rates(&self.bodies[index].system.nodes.mass));
+        let mut frequencies = self.motion.limits.frequencies[index].stiffened(factor);
+        self.motion.loads.exchange(&mut self.tools, index);
+        if let Some(springs) = self.motion.loads.seams_mut() {
+            let explicit_substeps = (!self.motion.limits.scheme.is_implicit()).then_some(self.choices.substeps);
+            self.interactions.seams.draw(index, body, explicit_substeps, time, springs, &mut self.events);
         }
-        if self.scratch.has_seams
-            && let Some(mut springs) = self.scratch.springs.pop()
-        {
-            self.draw_seams(index, time, &mut springs);
-            frequencies = frequencies.with_spring(springs.rates(&self.bodies[index].system.nodes.mass));
-            self.scratch.springs.push(springs);
+        for springs in self.motion.loads.springs() {
+            frequencies = frequencies.with_spring(springs.rates(&body.system.nodes.mass));
         }
-        let deadline = self.deadline(index, start);
-        self.integrators[index].interrupts = Interrupts { cancel: self.guard.cancel.clone(), deadline };
+        let deadline = self.guard.deadline(self.clock.steps, index, start);
+        self.motion.integrators[index].interrupts = Interrupts { cancel: self.guard.cancel.clone(), deadline };
         let moved = self.move_under(index, time, &frequencies, frame);
-        for (slot, springs) in self.tools.iter_mut().zip(&mut self.scratch.springs) {
-            std::mem::swap(slot.tool.springs_mut(index), springs);
-        }
+        self.motion.loads.exchange(&mut self.tools, index);
         moved
     }
 
-    /// Steps a body under the loads in `self.scratch.springs`.
+    /// Steps a body under its loads.
     fn move_under(
         &mut self,
         index: usize,
@@ -263,41 +250,32 @@ impl Session {
         frame: &mut Frame,
     ) -> Result<f64, NotMoved> {
         let substeps = self.contact_substeps(index, time, frequencies);
-        self.place_tips(index);
         let body = &mut self.bodies[index];
+        self.interactions.place_tips(index, body, &self.tools, self.motion.moved[index], time.dt);
         body.discretization.prescribe(&mut body.system.nodes, &body.fixings, time);
         if self.sleeps(index, time) {
             return Ok(0.0);
         }
-        self.place_obstacles(index, time);
+        let body = &mut self.bodies[index];
+        if let Err(error) = self.interactions.obstacles.place(index, body, self.plan.gravity, time) {
+            self.freeze(index, time.start, error.to_string());
+        }
         let body = &mut self.bodies[index];
         let gravity = if body.discretization.is_whole() { self.plan.gravity } else { Vec3::zeros() };
-        let is_single = substeps == 1 && self.limits.scheme.is_implicit();
-        let forces = if is_single { self.body_contacts.load(index, body.system.nodes.len()) } else { &[] };
-        let loads = Loads { gravity, forces, tools: &self.scratch.springs };
-        let elements = body.system.elements();
-        let integrator = &mut self.integrators[index];
-        let tips = &mut self.sheet_tips[index];
-        let (mut nothing, mut both);
-        let contacts: &mut (dyn ContactConstraints + Send) = match self.obstacles.contacts.get_mut(index) {
-            Some(obstacles) if obstacles.is_near() => {
-                both = BodyContacts { tips, obstacles };
-                &mut both
-            }
-            _ if tips.tips.is_empty() => {
-                nothing = NoContacts;
-                &mut nothing
-            }
-            _ => tips,
-        };
-        let system = &mut body.system;
-        let stepped = self
-            .workers
-            .run(index, elements, |pool| integrator.step_with_contacts(pool, system, &loads, contacts, time, substeps));
-        self.choices.threads = self.workers.all.threads();
+        let is_single = substeps == 1 && self.motion.is_implicit();
+        let (elements, nodes) = (body.system.elements(), body.system.nodes.len());
+        let Motion { workers, integrators, loads, .. } = &mut self.motion;
+        let (integrator, springs, system) = (&mut integrators[index], loads.springs(), &mut body.system);
+        let stepped = self.interactions.step_in_contact(index, is_single.then_some(nodes), |contacts, forces| {
+            let loads = Loads { gravity, forces, tools: springs };
+            workers.run(index, elements, |pool| {
+                integrator.step_with_contacts(pool, system, &loads, contacts, time, substeps)
+            })
+        });
+        self.choices.threads = workers.all.threads();
         if body.discretization.sheet().is_some() {
-            let nodes = &system.nodes;
-            self.scratch.springs.iter().for_each(|s| s.add_to(&mut integrator.reaction, &nodes.x, Some(&nodes.v)));
+            let nodes = &body.system.nodes;
+            springs.iter().for_each(|s| s.add_to(&mut integrator.reaction, &nodes.x, Some(&nodes.v)));
         }
         let report = stepped.map_err(|error| match error {
             StepError::Diverged { node } => {
@@ -314,14 +292,18 @@ impl Session {
         frame.residual = frame.residual.max(report.residual);
         frame.work[0] += report.assembly_seconds;
         frame.work[1] += report.solve_seconds;
-        self.return_tips(index);
+        self.interactions.return_tips(index, &mut self.tools, time.dt);
         Ok(report.max_speed)
     }
 
     /// Number of substeps of a body's step under contacts of these frequencies; adds an event where there are more than chosen, or fewer than needed.
     fn contact_substeps(&mut self, index: usize, time: StepTime, frequencies: &Frequencies) -> usize {
-        let needed = if self.limits.is_forced { 1 } else { self.limits.needed_substeps(frequencies, self.clock.dt) };
-        let substeps = needed.min(self.limits.max_substeps).max(self.choices.substeps);
+        let needed = if self.motion.limits.is_forced {
+            1
+        } else {
+            self.motion.limits.needed_substeps(frequencies, self.clock.dt)
+        };
+        let substeps = needed.min(self.motion.limits.max_substeps).max(self.choices.substeps);
         if needed > substeps {
             self.events.add(EventKind::Unstable, time.start, || {
                 format!(
@@ -349,7 +331,7 @@ impl Session {
         }
         let repeated = report.repeated_steps as u64;
         self.events.add_many(EventKind::RepeatedStep, repeated, time.start, || {
-            let with = match self.limits.scheme.is_implicit() {
+            let with = match self.motion.limits.scheme.is_implicit() {
                 true => "more Newton iterations".to_owned(),
                 false => format!("{} substeps", report.substeps),
             };
@@ -363,8 +345,8 @@ impl Session {
     /// Renders to each device the force and torque of its tools, after force safety.
     fn render_forces(&mut self, StepTime { start: time, dt }: StepTime, frame: &mut Frame) {
         for tool in 0..self.tools.len() {
-            let (held, sheet) = self.sheet_contact_force(tool);
-            let pressed = self.soft_contact_force(tool);
+            let (held, sheet) = self.interactions.sheet_contact_force(&self.tools, tool);
+            let pressed = self.tools[tool].soft_contact_force(&self.bodies);
             let on_sheets = held + pressed;
             let slot = &mut self.tools[tool];
             let place = slot.tool.proxy.position;
@@ -414,14 +396,14 @@ impl Session {
             }
             felt.contact = felt.contact.or(sheet);
             frame.tools.push(felt);
-            self.tally(tool, force.norm());
+            self.warnings.tally(&self.tools[tool], &self.bodies, force.norm());
             self.show(tool, on_bodies, dt);
         }
     }
 
     /// Computes kinetic and elastic energy for the frame if an output needs them; not part of the step's time.
     fn sum_energies(&mut self, frame: &mut Frame) {
-        if !self.energy {
+        if !self.plan.energy {
             return;
         }
         for index in 0..self.bodies.len() {

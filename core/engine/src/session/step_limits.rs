@@ -1,8 +1,22 @@
 //! Step limits of the bodies of a session, and the number of substeps that keeps them.
 
-use super::{EditCost, StepCost};
+use super::EditCost;
 use crate::scene::TimeScene;
 use pliant_solver::{Frequencies, Scheme, StepLimit};
+use serde::Serialize;
+
+/// Cost of a step of a body with a tool, measured when the session was opened.
+#[derive(Clone, Debug, Serialize)]
+pub struct StepCost {
+    /// Name in the scene.
+    pub body: String,
+    /// Number of active nodes: around one contact, or of the whole body.
+    pub nodes: usize,
+    /// Number of active elements.
+    pub elements: usize,
+    /// Time of all substeps, s; for implicit schemes that of forces and assembly, without solver iterations.
+    pub seconds: f64,
+}
 
 /// Scheme, frequencies of the bodies, and how many substeps are allowed.
 pub(super) struct StepLimits {

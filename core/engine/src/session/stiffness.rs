@@ -35,7 +35,7 @@ impl Default for StiffnessState {
 impl Session {
     /// The stiffness of all bodies relative to that of the scene, and where it goes.
     pub fn stiffness(&self) -> StiffnessState {
-        self.stiffness
+        self.motion.stiffness
     }
 
     /// Asks for a stiffness of all bodies, as a factor of that of the scene, 0.001 to 1000. Returns whether there is a body whose material lets it
@@ -50,24 +50,24 @@ impl Session {
         }
         let asked = factor.clamp(ALLOWED[0], ALLOWED[1]);
         let mut wanted = asked;
-        while wanted > self.stiffness.now && !self.limits.allow_stiffness(wanted, self.clock.dt) {
+        while wanted > self.motion.stiffness.now && !self.motion.limits.allow_stiffness(wanted, self.clock.dt) {
             wanted *= LOWER;
         }
         if wanted < asked {
-            wanted = wanted.max(self.stiffness.now.min(asked));
-            let (scheme, most) = (self.limits.scheme.name(), self.limits.max_substeps);
+            wanted = wanted.max(self.motion.stiffness.now.min(asked));
+            let (scheme, most) = (self.motion.limits.scheme.name(), self.motion.limits.max_substeps);
             self.events.add(EventKind::Message, time, || {
                 format!("stiffness {asked:.3} of the scene's: allowed is {wanted:.3}, what {scheme} follows with {most} substeps")
             });
         }
-        self.stiffness.wanted = wanted;
+        self.motion.stiffness.wanted = wanted;
         self.bodies.iter().any(|body| body.stiffness_factor().is_some())
     }
 
     /// Moves the stiffness towards the one that is asked for, by as much as a step allows.
     pub(super) fn change_stiffness(&mut self, time: f64) {
-        let StiffnessState { now, wanted, .. } = self.stiffness;
-        self.stiffness.is_limited = false;
+        let StiffnessState { now, wanted, .. } = self.motion.stiffness;
+        self.motion.stiffness.is_limited = false;
         if now == wanted {
             return;
         }
@@ -77,14 +77,14 @@ impl Session {
         });
         let way = libm::log(wanted / now);
         let next = if way.abs() <= allowed { wanted } else { now * libm::exp(allowed.copysign(way)) };
-        self.stiffness.is_limited = way.abs() > allowed && allowed < rate;
-        self.stiffness.now = next;
+        self.motion.stiffness.is_limited = way.abs() > allowed && allowed < rate;
+        self.motion.stiffness.now = next;
         for index in 0..self.bodies.len() {
             if self.bodies[index].stiffness_factor().is_none() {
                 continue;
             }
             // It may move again in its new equilibrium.
-            self.sleep.wake(index);
+            self.motion.sleep.wake(index);
             if let Err(error) = self.bodies[index].set_stiffness_factor(next) {
                 self.freeze(index, time, error.to_string());
             }

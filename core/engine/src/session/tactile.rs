@@ -1,7 +1,6 @@
 //! Rendering of a step's contacts on tactile arrays.
 
 use super::Session;
-use crate::contact::{Press, SheetTips};
 use crate::plan::LeftOut;
 use pliant_solver::Vec3;
 
@@ -11,23 +10,22 @@ impl Session {
         if self.tools.iter().all(|slot| slot.pad.is_none()) {
             if !self.tools.is_empty() {
                 let (what, why) = ("tactile rendering".into(), "no device in use has taxels".into());
-                self.left_out.push(LeftOut { what, why });
+                self.plan.left_out.push(LeftOut { what, why });
             }
             return;
         }
-        self.sheet_tips.iter_mut().for_each(|tips| tips.presses = Some(Vec::new()));
+        self.interactions.tips.iter_mut().for_each(|tips| tips.presses = Some(Vec::new()));
     }
 
     /// Renders the contacts of a tool on its pad. `force` (N) is the force on the tool by bodies that are not sheets.
     pub(super) fn show(&mut self, tool: usize, force: Vec3, dt: f64) {
-        let place = self.place_of_tip(tool);
         let tip = self.tools[tool].fingertip(dt);
-        let slot = &mut self.tools[tool];
-        let Some(pad) = &mut slot.pad else { return };
+        let Some(mut pad) = self.tools[tool].pad.take() else { return };
+        let slot = &self.tools[tool];
         let (rotation, radius) = (slot.hand.rotation, slot.tool.proxy.shape.shape().length_scale());
         pad.begin();
         let (mut slip, mut total) = (Vec3::zeros(), 0.0);
-        for press in place.into_iter().flat_map(|place| presses_of(&self.sheet_tips, place)) {
+        for press in self.interactions.presses(&self.tools, tool) {
             pad.press(&rotation, radius, press.direction, press.force);
             slip += press.force * press.slip;
             total += press.force;
@@ -53,17 +51,10 @@ impl Session {
             slip += normal / dt * (from - touch.rest);
             total += normal;
         }
-        slot.slid_from = touch.map(|touch| (touch.body, touch.rest));
         let slip = if total > 0.0 { slip / total } else { Vec3::zeros() };
         pad.end(&rotation, slip, dt);
+        let slot = &mut self.tools[tool];
+        slot.slid_from = touch.map(|touch| (touch.body, touch.rest));
+        slot.pad = Some(pad);
     }
-
-    /// Index of a tool's tip among the tips on sheets.
-    pub(super) fn place_of_tip(&self, tool: usize) -> Option<usize> {
-        self.tools[tool].touches().then(|| self.tools[..tool].iter().filter(|slot| slot.touches()).count())
-    }
-}
-
-fn presses_of(tips: &[SheetTips], place: usize) -> impl Iterator<Item = &Press> {
-    tips.iter().flat_map(|s| s.presses.iter().flatten()).filter(move |press| press.tip == place)
 }

@@ -1,6 +1,7 @@
 //! The `[[stitch]]` entries of a scene: which points of two bodies are tied from the start.
 
-use super::ties::CLOSING_TIME;
+use super::interactions::Interactions;
+use super::ties::{CLOSING_TIME, tie_refusal, tie_spacing};
 use super::{Session, SessionError};
 use crate::body::Body;
 use crate::contact::{StitchCandidate, StitchSearch, TiePoint};
@@ -22,7 +23,7 @@ impl Session {
             let place = |name: &str| self.bodies.iter().position(|body| body.name == name);
             // A body that nothing moves stands, and so does what is stitched to it.
             let (Some(i), Some(j)) = (place(names[0]), place(names[1])) else { continue };
-            if let Some(why) = self.refuses_ties([i, j]) {
+            if let Some(why) = tie_refusal(self.motion.limits.scheme, &self.bodies, [i, j]) {
                 return Err(source.error(entry.span(), why).into());
             }
             let lattice = |error| SessionError::Lattice { body: names[0].to_owned(), error };
@@ -35,10 +36,10 @@ impl Session {
             let edge = edge[0].min(edge[1]);
             let most = Body::join_distance(edge);
             let numbers = [i, j].map(|index| self.bodies[index].number);
-            let mut body_contacts = std::mem::take(&mut self.body_contacts);
-            body_contacts.reserve(self.bodies.len());
+            let Interactions { ties, body_contacts, .. } = &mut self.interactions;
+            let collisions = body_contacts.collisions(self.bodies.len());
             for points in found {
-                let gap = body_contacts.collisions.gap([i, j], points, &mut self.bodies).map_err(lattice)?;
+                let gap = collisions.gap([i, j], points, &mut self.bodies).map_err(lattice)?;
                 let Some(gap) = gap else {
                     let text = format!(
                         "vertices {} of body `{}` and {} of body `{}` are to be tied, and one of them is on no simulated part; allowed are \
@@ -61,9 +62,8 @@ impl Session {
                     0.0 if gap.norm() > TOGETHER * edge => CLOSING_TIME,
                     time => time,
                 };
-                self.ties.add(numbers, points, gap, closed_at);
+                ties.add(numbers, points, gap, closed_at);
             }
-            self.body_contacts = body_contacts;
         }
         Ok(())
     }
@@ -100,7 +100,7 @@ impl Session {
         source: &Source,
     ) -> Result<Vec<[TiePoint; 2]>, SessionError> {
         let Some(distance) = &entry.get_ref().distance else { return Ok(Vec::new()) };
-        let spacing = self.tie_spacing(bodies);
+        let spacing = tie_spacing(&self.bodies, bodies);
         let reach = distance.get_ref().si;
         let names = bodies.map(|index| self.bodies[index].name.clone());
         let lattice = |error| SessionError::Lattice { body: names[0].clone(), error };

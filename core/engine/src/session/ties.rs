@@ -1,11 +1,11 @@
 //! Ties: points of two bodies that are stitched together. They are rows of the implicit solve of contact, so each body yields with its own matrix, and last
 //! until they are undone or a blade cuts the triangle that one of their points is on.
 
-use super::body_contacts::BodyContacts;
+use super::interactions::Interactions;
 use super::{EventKind, Session};
 use crate::body::Body;
-use crate::contact::{TiePoint, TieRow};
-use pliant_solver::{StepTime, Vec3};
+use crate::contact::{BodyCollisions, TiePoint, TieRow};
+use pliant_solver::{Scheme, StepTime, Vec3};
 use std::sync::Arc;
 
 /// Time in which a tie that begins with points apart brings them together, s.
@@ -18,14 +18,22 @@ const SPACING: f64 = 0.9;
 pub(super) struct Tie {
     number: u32,
     /// Numbers of the bodies in the session.
-    pub bodies: [u32; 2],
-    pub points: [TiePoint; 2],
+    bodies: [u32; 2],
+    points: [TiePoint; 2],
     /// Displacement of the first point from the second at the end of the last step, m.
     gap: Vec3,
     /// Time at which there is none, s.
     closed_at: f64,
     /// The stroke that still draws the points together; `None` for a tie that holds.
     drawn_by: Option<Stroke>,
+}
+
+impl Tie {
+    /// Indices of its bodies; `None` where one is not among those of the session at present.
+    fn places(&self, bodies: &[Body]) -> Option<[usize; 2]> {
+        let [a, b] = self.bodies.map(|number| bodies.iter().position(|body| body.number == number));
+        Some([a?, b?])
+    }
 }
 
 /// A stroke that draws points together.
@@ -40,17 +48,12 @@ pub(super) struct Stroke {
 /// Ties of a session.
 #[derive(Clone, Default)]
 pub(super) struct Ties {
-    pub list: Arc<Vec<Tie>>,
+    list: Arc<Vec<Tie>>,
     /// Number of the next tie.
     next: u32,
 }
 
 impl Ties {
-    /// Whether there are no ties.
-    pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
-    }
-
     /// The ties that hold, without those that a tool is still drawing together, for undo and snapshots.
     pub fn kept(&self) -> Self {
         match self.list.iter().any(|tie| tie.drawn_by.is_some()) {
@@ -116,135 +119,146 @@ impl Ties {
         // One that no part has was cut through.
         self.retain(|tie| !tie.bodies.contains(&whole));
     }
-}
 
-impl Session {
-    /// Number of ties between points of two bodies, also those that are still drawn together.
-    pub fn tie_count(&self) -> usize {
-        self.ties.list.len()
+    /// Number of ties, also of those that are still drawn together.
+    pub fn count(&self) -> usize {
+        self.list.len()
     }
 
-    /// Distance of the points of each tie, m, in the order in which they were made; of those whose points are on simulated parts.
-    pub fn tie_gaps(&mut self) -> Vec<f64> {
-        let mut body_contacts = std::mem::take(&mut self.body_contacts);
-        body_contacts.reserve(self.bodies.len());
-        let list = Arc::clone(&self.ties.list);
-        let gap = |tie: &Tie| {
-            let bodies = self.places_of(tie)?;
-            body_contacts.collisions.gap(bodies, tie.points, &mut self.bodies).ok()?
-        };
-        let gaps = list.iter().filter_map(gap).map(|gap| gap.norm()).collect();
-        self.body_contacts = body_contacts;
-        gaps
-    }
-
-    /// Indices of the bodies of a tie.
-    pub(super) fn places_of(&self, tie: &Tie) -> Option<[usize; 2]> {
-        let [a, b] = tie.bodies.map(|number| self.bodies.iter().position(|body| body.number == number));
-        Some([a?, b?])
-    }
-
-    /// The pairs of bodies that are stitched, each once, lower index first, in ascending order.
-    pub(super) fn find_tied(&self, tied: &mut Vec<[usize; 2]>) {
-        tied.clear();
-        for tie in self.ties.list.iter() {
-            let Some([a, b]) = self.places_of(tie) else { continue };
+    /// Finds the pairs of bodies that are stitched, each once, lower index first, in ascending order.
+    pub fn find_pairs(&self, bodies: &[Body], pairs: &mut Vec<[usize; 2]>) {
+        pairs.clear();
+        for tie in self.list.iter() {
+            let Some([a, b]) = tie.places(bodies) else { continue };
             let pair = [a.min(b), a.max(b)];
-            if let Err(place) = tied.binary_search(&pair) {
-                tied.insert(place, pair);
+            if let Err(place) = pairs.binary_search(&pair) {
+                pairs.insert(place, pair);
             }
         }
     }
 
-    /// Opens ties that a blade has cut, before bodies move.
-    pub(super) fn open_cut_ties(&mut self, time: f64) {
-        if self.ties.is_empty() {
-            return;
-        }
-        let bodies = &self.bodies;
+    /// Points of the ties of two bodies with these numbers, the point of the first body first.
+    pub fn points_between(&self, numbers: [u32; 2]) -> impl Iterator<Item = [TiePoint; 2]> + '_ {
+        self.list.iter().filter_map(move |tie| match tie.bodies {
+            bodies if bodies == numbers => Some(tie.points),
+            [a, b] if [b, a] == numbers => Some([tie.points[1], tie.points[0]]),
+            _ => None,
+        })
+    }
+
+    /// Present distance of the points of each tie, m, of those whose points are on simulated parts.
+    pub fn gaps(&self, collisions: &mut BodyCollisions, bodies: &mut [Body]) -> Vec<f64> {
+        let gap = |tie: &Tie| collisions.gap(tie.places(bodies)?, tie.points, bodies).ok()?;
+        self.list.iter().filter_map(gap).map(|gap| gap.norm()).collect()
+    }
+
+    /// Removes ties that a blade has cut. Returns how many.
+    pub fn remove_cut(&mut self, bodies: &[Body]) -> usize {
         let is_whole = |tie: &Tie| {
             tie.bodies.iter().zip(&tie.points).all(|(number, point)| {
                 bodies.iter().find(|body| body.number == *number).is_some_and(|body| point.is_on(&body.model))
             })
         };
-        if self.ties.list.iter().all(is_whole) {
-            return;
-        }
-        let opened = self.ties.retain(is_whole);
-        self.events.add_many(EventKind::StitchOpened, opened as u64, time, || {
-            format!("{opened} ties between bodies are gone with the surface that they were on")
-        });
+        if self.list.iter().all(is_whole) { 0 } else { self.retain(is_whole) }
     }
 
-    /// Adds the ties between members to the solve of a step. `place` gives the place of a body among them.
-    pub(super) fn add_tie_rows(
+    /// Adds the ties to the solve of a step. `members` gives the places of two bodies among those that are solved for, `None` where nothing of the two moves;
+    /// `max_force` the largest force of a tool, N. Returns whether there are any.
+    pub fn add_rows(
         &self,
-        body_contacts: &mut BodyContacts,
-        place: impl Fn(usize) -> Option<usize>,
+        collisions: &mut BodyCollisions,
+        bodies: &[Body],
         time: StepTime,
+        members: impl Fn([usize; 2]) -> Option<[usize; 2]>,
+        max_force: impl Fn(usize) -> f64,
     ) -> bool {
         let mut any = false;
-        for tie in self.ties.list.iter() {
-            let Some([i, j]) = self.places_of(tie) else { continue };
-            let (Some(a), Some(b), false) = (place(i), place(j), self.stands(i) && self.stands(j)) else { continue };
-            let most = tie.drawn_by.map_or(f64::INFINITY, |stroke| self.draws_with(stroke.tool) * time.dt);
+        for tie in self.list.iter() {
+            let Some(members) = tie.places(bodies).and_then(&members) else { continue };
+            // The pairs of a stroke are drawn together by the same force each: all of them are as strong as its tool may be.
+            let most = tie.drawn_by.map_or(f64::INFINITY, |Stroke { tool, .. }| {
+                max_force(tool) / self.drawn_by(tool).max(1) as f64 * time.dt
+            });
             let share = tie.drawn_by.map(|_| 1.0 - time.dt / CLOSING_TIME.max(time.dt));
             let (number, points, gap) = (tie.number, tie.points, left_gap(tie, time));
-            body_contacts.collisions.add_tie(TieRow { number, members: [a, b], points, share, gap, most });
+            collisions.add_tie(TieRow { number, members, points, share, gap, most });
             any = true;
         }
         any
     }
 
-    /// Force (N) with which a stroke draws each of its pairs together: all of them are as strong as its tool may be.
-    fn draws_with(&self, tool: usize) -> f64 {
-        let drawn = self.ties.list.iter().filter(|tie| tie.drawn_by.is_some_and(|stroke| stroke.tool == tool)).count();
-        self.tools[tool].tool.coupling.max_force / drawn.max(1) as f64
+    /// Number of ties that a tool still draws together.
+    fn drawn_by(&self, tool: usize) -> usize {
+        self.list.iter().filter(|tie| tie.drawn_by.is_some_and(|stroke| stroke.tool == tool)).count()
     }
 
-    /// Records what a step has done to ties: they are shorter, and points that have come near are tied.
-    pub(super) fn advance_ties(&mut self, body_contacts: &mut BodyContacts, time: StepTime) {
-        if self.ties.list.iter().all(|tie| tie.drawn_by.is_none() && tie.gap == Vec3::zeros()) {
+    /// Records what a step has done: ties are shorter, and points that have come near are tied. `on_tied` is called with the tool of each of these.
+    pub fn advance(
+        &mut self,
+        collisions: &mut BodyCollisions,
+        bodies: &mut [Body],
+        time: StepTime,
+        mut on_tied: impl FnMut(usize),
+    ) {
+        if self.list.iter().all(|tie| tie.drawn_by.is_none() && tie.gap == Vec3::zeros()) {
             return;
         }
-        let mut list = std::mem::take(&mut self.ties.list);
-        for tie in Arc::make_mut(&mut list) {
+        for tie in Arc::make_mut(&mut self.list) {
             let Some(Stroke { tool, near }) = tie.drawn_by else {
                 tie.gap = left_gap(tie, time);
                 continue;
             };
-            let Some(bodies) = self.places_of(tie) else { continue };
-            let Ok(Some(gap)) = body_contacts.collisions.gap(bodies, tie.points, &mut self.bodies) else { continue };
+            let Some(places) = tie.places(bodies) else { continue };
+            let Ok(Some(gap)) = collisions.gap(places, tie.points, bodies) else { continue };
             tie.gap = gap;
             if gap.norm() <= near {
                 (tie.drawn_by, tie.closed_at) = (None, time.start + time.dt + CLOSING_TIME);
-                self.tools[tool].has_tied = true;
+                on_tied(tool);
             }
         }
-        self.ties.list = list;
+    }
+}
+
+impl Session {
+    /// Number of ties between points of two bodies, also those that are still drawn together.
+    pub fn tie_count(&self) -> usize {
+        self.interactions.ties.count()
     }
 
-    /// Least distance of ties of two bodies from each other, m.
-    pub(super) fn tie_spacing(&self, pair: [usize; 2]) -> f64 {
-        let [a, b] = pair.map(|index| self.bodies[index].discretization.edge());
-        SPACING * a.max(b)
+    /// Distance of the points of each tie, m, in the order in which they were made; of those whose points are on simulated parts.
+    pub fn tie_gaps(&mut self) -> Vec<f64> {
+        let Interactions { ties, body_contacts, .. } = &mut self.interactions;
+        ties.gaps(body_contacts.collisions(self.bodies.len()), &mut self.bodies)
     }
 
-    /// Why two bodies cannot be stitched together; `None` where they can.
-    pub(super) fn refuses_ties(&self, pair: [usize; 2]) -> Option<String> {
-        let names = pair.map(|index| self.bodies[index].name.as_str());
-        let not = format!("bodies `{}` and `{}` are not stitched together", names[0], names[1]);
-        let scheme = self.limits.scheme;
-        if !scheme.is_implicit() || !scheme.has_inertia() {
-            let name = scheme.name();
-            return Some(format!(
-                "{not}: the integrator is `{name}`; allowed is an implicit one with inertia, as `backward-euler`"
-            ));
-        }
-        let local = pair.iter().find(|index| !self.bodies[**index].discretization.is_whole())?;
-        let name = &self.bodies[*local].name;
-        Some(format!("{not}: of `{name}` only cells around tools move; allowed is `grid = {{ region = \"whole\" }}`"))
+    /// Opens ties that a blade has cut, before bodies move.
+    pub(super) fn open_cut_ties(&mut self, time: f64) {
+        let opened = self.interactions.ties.remove_cut(&self.bodies);
+        self.events.add_many(EventKind::StitchOpened, opened as u64, time, || {
+            format!("{opened} ties between bodies are gone with the surface that they were on")
+        });
     }
+}
+
+/// Least distance of ties of two bodies from each other, m.
+pub(super) fn tie_spacing(bodies: &[Body], pair: [usize; 2]) -> f64 {
+    let [a, b] = pair.map(|index| bodies[index].discretization.edge());
+    SPACING * a.max(b)
+}
+
+/// Why two bodies cannot be stitched together under a scheme; `None` where they can.
+pub(super) fn tie_refusal(scheme: Scheme, bodies: &[Body], pair: [usize; 2]) -> Option<String> {
+    let names = pair.map(|index| bodies[index].name.as_str());
+    let not = format!("bodies `{}` and `{}` are not stitched together", names[0], names[1]);
+    if !scheme.is_implicit() || !scheme.has_inertia() {
+        let name = scheme.name();
+        return Some(format!(
+            "{not}: the integrator is `{name}`; allowed is an implicit one with inertia, as `backward-euler`"
+        ));
+    }
+    let local = pair.iter().find(|index| !bodies[**index].discretization.is_whole())?;
+    let name = &bodies[*local].name;
+    Some(format!("{not}: of `{name}` only cells around tools move; allowed is `grid = {{ region = \"whole\" }}`"))
 }
 
 /// Displacement of the points of a tie at the end of a step, m.

@@ -1,6 +1,7 @@
 //! Bodies frozen because their plugins took too long. This is the only effect of the wall clock on a session, so recordings store it.
 
 use super::Session;
+use crate::body::Body;
 use pliant_solver::CancelToken;
 use std::time::{Duration, Instant};
 
@@ -38,7 +39,7 @@ struct StepTimeouts {
 /// What may end a step before its time.
 pub(super) struct StepGuard {
     /// Largest wall-clock time of a body's step, s.
-    pub(super) patience: f64,
+    patience: f64,
     /// Cancels the step under way.
     pub(super) cancel: CancelToken,
     /// Whether the last step was cancelled.
@@ -59,6 +60,40 @@ impl StepGuard {
             timeouts: StepTimeouts::default(),
         }
     }
+
+    /// Deadline of the step number `step` of a body that begins at `start`. Where timeouts are given the clock decides nothing: then it is `start` itself, or
+    /// `None`.
+    pub(super) fn deadline(&self, step: u64, body: usize, start: Instant) -> Option<Instant> {
+        match &self.timeouts.given {
+            None => start.checked_add(Duration::try_from_secs_f64(self.patience).ok()?),
+            Some(_) => self.given(step, body, Stage::Interrupted).map(|_| start),
+        }
+    }
+
+    /// The given timeout of a stage of the step number `step` of a body.
+    fn given(&self, step: u64, body: usize, stage: Stage) -> Option<&StepTimeout> {
+        let is_now =
+            |timeout: &&StepTimeout| (timeout.step, timeout.body as usize, timeout.stage) == (step, body, stage);
+        self.timeouts.given.iter().flatten().find(is_now)
+    }
+
+    /// Records whether a stage of the step number `step` of a body, which began at `start`, took too long. Returns the reason then.
+    fn judge(&mut self, step: u64, index: usize, body: &Body, stage: Stage, start: Instant) -> Option<String> {
+        let (took, allowed) = (start.elapsed().as_secs_f64(), self.patience);
+        let why = match &self.timeouts.given {
+            None if took <= allowed => return None,
+            None => {
+                let material = body.system.material.name();
+                let discretization = body.discretization.lattice().map_or("its mesh", |lattice| lattice.source.name());
+                format!(
+                    "`{material}` on `{discretization}` took {took:.3} s over a step; allowed is {allowed} s (`patience`)"
+                )
+            }
+            Some(_) => self.given(step, index, stage)?.why.clone(),
+        };
+        self.timeouts.happened.push(StepTimeout { step, body: index as u32, stage, why: why.clone() });
+        Some(why)
+    }
 }
 
 impl Session {
@@ -72,47 +107,13 @@ impl Session {
         self.guard.timeouts.given = Some(timeouts);
     }
 
-    /// Deadline of a body's step that begins at `start`. Where timeouts are given the clock decides nothing: then it is `start` itself, or `None`.
-    pub(super) fn deadline(&self, index: usize, start: Instant) -> Option<Instant> {
-        match &self.guard.timeouts.given {
-            None => start.checked_add(Duration::try_from_secs_f64(self.guard.patience).ok()?),
-            Some(given) => given.iter().any(|timeout| self.is_now(timeout, index, Stage::Interrupted)).then_some(start),
-        }
-    }
-
-    /// Whether a given timeout is due.
-    fn is_now(&self, timeout: &StepTimeout, index: usize, stage: Stage) -> bool {
-        (timeout.step, timeout.body as usize, timeout.stage) == (self.clock.steps, index, stage)
-    }
-
     /// Freezes a body if the stage that began at `start` took too long.
     pub(super) fn check_patience(&mut self, index: usize, stage: Stage, time: f64, start: Instant) {
         let body = &self.bodies[index];
-        if body.frozen.is_some() {
-            return;
+        if body.frozen.is_none()
+            && let Some(why) = self.guard.judge(self.clock.steps, index, body, stage, start)
+        {
+            self.freeze(index, time, why);
         }
-        let took = start.elapsed().as_secs_f64();
-        let why = match &self.guard.timeouts.given {
-            None if took <= self.guard.patience => return,
-            None => {
-                let material = body.system.material.name();
-                let discretization = body.discretization.lattice().map_or("its mesh", |lattice| lattice.source.name());
-                let allowed = self.guard.patience;
-                format!(
-                    "`{material}` on `{discretization}` took {took:.3} s over a step; allowed is {allowed} s (`patience`)"
-                )
-            }
-            Some(given) => {
-                let Some(timeout) = given.iter().find(|timeout| self.is_now(timeout, index, stage)) else { return };
-                timeout.why.clone()
-            }
-        };
-        self.guard.timeouts.happened.push(StepTimeout {
-            step: self.clock.steps,
-            body: index as u32,
-            stage,
-            why: why.clone(),
-        });
-        self.freeze(index, time, why);
     }
 }

@@ -3,8 +3,9 @@
 //! Warnings about models and selections are found when the scene is opened; those about edits follow from their statistics, so
 //! [`Session::warnings`] can be called at any time. A warning changes no result.
 
-use super::Session;
 use super::overlap::OverlapDetection;
+use super::{Session, ToolSlot};
+use crate::body::Body;
 use serde::Serialize;
 use std::fmt;
 
@@ -99,13 +100,13 @@ impl fmt::Display for Warning {
 
 /// Statistics of an edit.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct EditTally {
+struct EditTally {
     /// Number of steps in which it was active with a hand.
     steps: u64,
     /// Number of advances of its blade, in time spans that have ended.
-    pub(super) advances: usize,
+    advances: usize,
     /// Whether it has changed a body, in time spans that have ended.
-    pub(super) has_changed: bool,
+    has_changed: bool,
     /// Largest force on the hand, N.
     force: f64,
     /// Largest depth on a body with a lattice, m.
@@ -126,7 +127,7 @@ pub(super) struct Warnings {
     /// Name of the scene's file, for warnings that belong to no line of it.
     pub(super) scene_file: String,
     /// Statistics of each edit of the plan.
-    pub(super) tallies: Vec<EditTally>,
+    tallies: Vec<EditTally>,
     pub(super) overlaps: OverlapDetection,
     /// Location of the material of each moving body.
     pub(super) material_places: Vec<String>,
@@ -143,6 +144,45 @@ impl Warnings {
             material_places: Vec::new(),
         }
     }
+
+    /// Adapts to other bodies, of which each is a part of the body of the scene in `roots`, or that body; those before number `kept` are as they were.
+    pub(super) fn set_bodies(&mut self, roots: &[usize], kept: usize) {
+        self.material_places.truncate(kept);
+        for &root in &roots[kept..] {
+            self.material_places.push(self.material_places[root].clone());
+        }
+    }
+
+    /// Adds a step of a tool to the statistics of its edit; `force` (N) is the force on the hand.
+    pub(super) fn tally(&mut self, slot: &ToolSlot, bodies: &[Body], force: f64) {
+        let Some(edit) = slot.edit.filter(|_| slot.hand.present) else { return };
+        let tally = &mut self.tallies[edit];
+        tally.steps += 1;
+        tally.force = tally.force.max(force);
+        let Some(touch) = slot.tool.proxy.touch.filter(|_| slot.tool.depth > tally.depth) else { return };
+        let body = &bodies[touch.body as usize];
+        if body.discretization.lattice().is_none() {
+            return;
+        }
+        (tally.depth, tally.body) = (slot.tool.depth, Some(touch.body));
+        if tally.is_shown {
+            return;
+        }
+        let Ok(centre) = body.embed_point(touch.rest).map(|point| point.settled) else { return };
+        let (model, least) = (&body.model, MIN_VISIBLE * tally.depth);
+        body.skin.tree.near(centre, slot.tool.proxy.shape.extra_region_radius(), |triangle| {
+            for v in model.surface.triangles[triangle as usize] {
+                let moved = || body.embed_point(model.surface.points[v as usize]);
+                tally.is_shown = tally.is_shown || moved().is_ok_and(|p| (p.now - p.settled).norm() >= least);
+            }
+        });
+    }
+
+    /// Adds what an edit has done to the statistics of its time spans that have ended: advances of its blade, and whether it has changed a body.
+    pub(super) fn tally_ended(&mut self, edit: usize, advances: usize, has_changed: bool) {
+        self.tallies[edit].advances += advances;
+        self.tallies[edit].has_changed |= has_changed;
+    }
 }
 
 impl Session {
@@ -151,7 +191,7 @@ impl Session {
         let mut all = self.warnings.opening.clone();
         all.extend(self.warnings.overlaps.warnings.iter().cloned());
         all.extend(self.warn_materials());
-        all.extend(self.unmet_obstacles());
+        all.extend(self.interactions.obstacles.warn_unmet(self.steps()));
         all.extend(self.warn_threads());
         for (index, (edit, tally)) in self.plan.edits.iter().zip(&self.warnings.tallies).enumerate() {
             let Some((code, message)) = self.warn_edit(index, *tally) else { continue };
@@ -181,8 +221,8 @@ impl Session {
     /// A warning if the session runs on one thread because the system refused to create others, or on fewer than were asked for because there are not
     /// as many processors.
     fn warn_threads(&self) -> Option<Warning> {
-        let (asked, threads) = (self.workers.asked, self.workers.all.threads());
-        let message = if self.workers.all.is_refused() {
+        let (asked, threads) = (self.motion.workers.asked, self.motion.pool().threads());
+        let message = if self.motion.pool().is_refused() {
             format!(
                 "the system gave no more threads, so the session runs on 1 instead of {asked} and takes longer; results are the same; \
                  ask for fewer with `--threads`, or raise the limit of processes (`ulimit -u`, `pids.max` of a container)"
@@ -242,34 +282,6 @@ impl Session {
             );
             (WarningCode::MovesNoVertex, text)
         })
-    }
-
-    /// Adds a step of a tool to the statistics of its edit; `force` (N) is the force on the hand.
-    pub(super) fn tally(&mut self, tool: usize, force: f64) {
-        let slot = &self.tools[tool];
-        let Some(edit) = slot.edit.filter(|_| slot.hand.present) else { return };
-        let tally = &mut self.warnings.tallies[edit];
-        tally.steps += 1;
-        tally.force = tally.force.max(force);
-        let Some(touch) = slot.tool.proxy.touch.filter(|_| slot.tool.depth > tally.depth) else { return };
-        let body = &self.bodies[touch.body as usize];
-        if body.discretization.lattice().is_none() {
-            return;
-        }
-        (tally.depth, tally.body) = (slot.tool.depth, Some(touch.body));
-        if tally.is_shown {
-            return;
-        }
-        let Ok(centre) = body.embed_point(touch.rest).map(|point| point.settled) else { return };
-        let (model, least) = (&body.model, MIN_VISIBLE * tally.depth);
-        let mut is_shown = false;
-        body.skin.tree.near(centre, slot.tool.proxy.shape.extra_region_radius(), |triangle| {
-            for v in model.surface.triangles[triangle as usize] {
-                let moved = || body.embed_point(model.surface.points[v as usize]);
-                is_shown = is_shown || moved().is_ok_and(|p| (p.now - p.settled).norm() >= least);
-            }
-        });
-        self.warnings.tallies[edit].is_shown = is_shown;
     }
 }
 

@@ -259,9 +259,9 @@ fn files(inputs: &RecordingInputs<'_>) -> io::Result<Vec<RecordedFile>> {
     });
     // Models first: a replay takes the first of these files for the model of the first body.
     let read = mesh.map(Path::to_path_buf).into_iter().chain(own);
-    let read = read.chain(session.field_files.iter().chain(&session.obstacle_files).cloned());
+    let read = read.chain(session.inputs.field_files.iter().chain(&session.inputs.obstacle_files).cloned());
     // Device plugins are not needed: limits and poses of devices are in the recording.
-    let plugins = session.loaded.iter().filter(|l| l.kind != "device").map(|l| (PathBuf::from(&l.path), true));
+    let plugins = session.inputs.loaded.iter().filter(|l| l.kind != "device").map(|l| (PathBuf::from(&l.path), true));
     let all = plugins.chain(read.map(|path| (path, false)));
     all.map(|(path, plugin)| {
         let path = absolute(&path)?;

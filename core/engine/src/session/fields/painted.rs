@@ -84,7 +84,7 @@ impl Session {
         // As far as all painted parameters together can go.
         let mut most = strongest.powi(4);
         let asked = most;
-        while most > 1.0 && !self.limits.allow_stiffness(most, self.clock.dt) {
+        while most > 1.0 && !self.motion.limits.allow_stiffness(most, self.clock.dt) {
             most *= LOWER;
         }
         if most >= asked {
@@ -92,7 +92,7 @@ impl Session {
         }
         let most = most.max(1.0);
         self.bodies.iter_mut().for_each(|body| body.most_stiffening = most);
-        let (scheme, substeps) = (self.limits.scheme.name(), self.limits.max_substeps);
+        let (scheme, substeps) = (self.motion.limits.scheme.name(), self.motion.limits.max_substeps);
         if edits.iter().any(|edit| edit.factor.max(1.0 / edit.factor) > most) {
             self.events.add(EventKind::Message, 0.0, || {
                 format!(

@@ -42,7 +42,7 @@ impl Opening<'_> {
         let files = files.filter(|file| !self.source.factors.contains_key(file.get_ref()));
         let files = files.chain(scene.fibre.iter().filter_map(|fibre| fibre.get_ref().csv.as_ref()));
         let files = files.chain(scene.fixed.iter().filter_map(|fixed| fixed.get_ref().texture.as_ref()));
-        self.field_files.extend(files.map(|file| self.source.folder().join(file.get_ref())));
+        self.inputs.field_files.extend(files.map(|file| self.source.folder().join(file.get_ref())));
         let mut discretization = match &scene.sheet {
             Some(sheet) => {
                 let of_mesh = |error| place::of_mesh(scene, &model.document, error);

@@ -68,13 +68,13 @@ impl Opening<'_> {
         recording: &Spanned<String>,
     ) -> Result<(Arc<RecordedHands>, usize), SessionError> {
         let path = self.source.folder().join(recording.get_ref());
-        let read = match self.recordings.iter().find(|known| known.path() == path) {
+        let read = match self.inputs.recordings.iter().find(|known| known.path() == path) {
             Some(known) => Arc::clone(known),
             None => {
                 let read = RecordedHands::read(&path)
                     .map_err(|error| self.source.error(recording.span(), error.to_string()))?;
-                self.recordings.push(Arc::new(read));
-                Arc::clone(&self.recordings[self.recordings.len() - 1])
+                self.inputs.recordings.push(Arc::new(read));
+                Arc::clone(&self.inputs.recordings[self.inputs.recordings.len() - 1])
             }
         };
         if read.dt() != self.dt {

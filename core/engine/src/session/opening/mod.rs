@@ -12,31 +12,30 @@ mod warnings;
 pub(super) use lattice::region_radius;
 
 use super::body_contacts::BodyContacts;
-use super::history::History;
+use super::clock::Clock;
+use super::editing::Editing;
+use super::interactions::Interactions;
 use super::level_choice::{LevelChosen, ToolRadii};
+use super::motion::Motion;
 use super::obstacles::Obstacles;
 use super::seam_pairs::Seam;
 use super::seams::Seams;
 use super::shared::SharedParts;
 use super::sleep::Sleep;
 use super::step_limits::StepLimits;
+use super::step_loads::StepLoads;
 use super::timeout::StepGuard;
 use super::warning::Warnings;
 use super::workers::{Workers, processors};
-use super::{
-    Choices, Clock, DeviceSlot, DividedBodies, Events, Frame, Loaded, Scratch, SculptLayers, Session, SessionError,
-    StiffnessState, Ties, ToolSlot, mirror, place, recorded,
-};
-use crate::body::{Body, Model};
-use crate::contact::SheetTips;
+use super::{Choices, DeviceSlot, Events, Frame, Inputs, Session, SessionError, ToolSlot, mirror, place};
+use crate::body::{Body, Model, SymmetryPlane};
 use crate::memory::{MemoryAccount, MemoryBudget};
 use crate::obstacle::Obstacle;
 use crate::plan::Plan;
-use crate::recording::RecordedHands;
 use crate::scene::{Scene, Source};
 use pliant_host::{DeviceInfo, SearchPath};
 use pliant_plugin_api::lanes::check_vector_unit;
-use pliant_solver::{NodeSprings, Scheme};
+use pliant_solver::Scheme;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -101,13 +100,13 @@ impl Session {
         let (bodies, standing) = opening.bodies(scene, &plan, models)?;
         let mut tools = opening.tools(scene, &plan, &devices, bodies.len())?;
         let unpaired = mirror::join(&mut tools, &plan.mirrors, &bodies);
-        let (obstacles, obstacle_files) = opening.obstacles(scene)?;
+        let obstacles = opening.obstacles(scene)?;
         let measured_keys = std::mem::take(&mut opening.measured_keys);
-        let opened = Opened { bodies, standing, devices, tools, obstacles, obstacle_files };
-        let mut session = Self { unpaired, ..opening.session(scene, plan, opened) };
+        let opened = Opened { bodies, standing, devices, tools, obstacles, unpaired };
+        let mut session = opening.session(scene, plan, opened);
         session.open_pads();
-        let has_undo = session.recordings.iter().any(|recording| recording.has_undo());
-        session.history.kept = !session.plan.history_steps.is_empty() || has_undo;
+        let has_undo = session.inputs.recordings.iter().any(|recording| recording.has_undo());
+        session.editing.history.kept = !session.plan.history_steps.is_empty() || has_undo;
         session.sample(shared)?;
         session.check_contact_laws(scene, source)?;
         session.meet(scene);
@@ -116,7 +115,7 @@ impl Session {
         session.open_stitches(scene, source)?;
         session.check_paint_params(scene, source)?;
         session.limit_painting(scene, source);
-        session.choices.threads = session.workers.all.threads();
+        session.choices.threads = session.motion.pool().threads();
         session.find_opening_warnings(scene, source, options.mesh.is_some())?;
         Ok(session)
     }
@@ -133,10 +132,8 @@ pub(super) struct Opening<'a> {
     levels: Vec<LevelChosen>,
     /// Levels to which large faces of models were divided.
     subdivisions: Vec<LevelChosen>,
-    loaded: Vec<Loaded>,
-    field_files: Vec<PathBuf>,
-    /// Recordings that devices take their hands from, each once.
-    pub(super) recordings: Vec<Arc<RecordedHands>>,
+    /// What has been read and loaded.
+    pub(super) inputs: Inputs,
     events: Events,
     /// For each moving body, the cache key of its frequencies; empty if it has none.
     measured_keys: Vec<String>,
@@ -156,7 +153,8 @@ struct Opened {
     devices: Vec<DeviceSlot>,
     tools: Vec<ToolSlot>,
     obstacles: Vec<Obstacle>,
-    obstacle_files: Vec<PathBuf>,
+    /// Planes about which vertices are to be paired.
+    unpaired: Option<Vec<SymmetryPlane>>,
 }
 
 impl<'a> Opening<'a> {
@@ -180,9 +178,7 @@ impl<'a> Opening<'a> {
             tool_radii,
             levels: Vec::new(),
             subdivisions: Vec::new(),
-            loaded: Vec::new(),
-            field_files: Vec::new(),
-            recordings: Vec::new(),
+            inputs: Inputs::default(),
             events: Events::default(),
             measured_keys: Vec::new(),
             seams: Vec::new(),
@@ -194,15 +190,20 @@ impl<'a> Opening<'a> {
 
     /// The session of what has been opened, at time 0, without mirrored tools, integrators and measured frequencies.
     fn session(self, scene: &Scene, plan: Plan, opened: Opened) -> Session {
-        let Opened { bodies, standing, devices, tools, obstacles, obstacle_files } = opened;
+        let Opened { bodies, standing, devices, tools, obstacles, unpaired } = opened;
         let source = self.source;
         let places = scene.obstacle.iter().map(|obstacle| source.error(obstacle.name.span(), "").place()).collect();
         let count = bodies.len();
         let (asked, threads) = self.options.thread_counts();
         let has_seams = self.seams.iter().any(|seams| !seams.is_empty());
-        let springs = (0..tools.len() + usize::from(has_seams)).map(|_| NodeSprings::default()).collect();
-        let body_contacts = BodyContacts::new(&plan, &bodies);
+        let sleep = Sleep::new(scene.time.sleep.as_ref().map_or(0.0, |s| s.get_ref().si), count);
+        let loads = StepLoads::new(tools.len(), has_seams);
+        let motion =
+            Motion::new(Workers::new(asked, threads, count), StepLimits::new(&scene.time), sleep, loads, count);
+        let obstacles = Obstacles::new(obstacles, places, count);
+        let seams = Seams::new(if has_seams { self.seams } else { Vec::new() });
         Session {
+            interactions: Interactions::new(obstacles, BodyContacts::new(&plan, &bodies), seams, count),
             bodies,
             standing,
             devices,
@@ -219,36 +220,15 @@ impl<'a> Opening<'a> {
                 subdivisions: self.subdivisions,
                 preconditioners: Vec::new(),
             },
-            memory: self.memory.into_bodies(),
-            loaded: self.loaded,
-            field_files: self.field_files,
-            obstacle_files,
-            commands: Vec::with_capacity(recorded::most_commands(&self.recordings)),
-            recordings: self.recordings,
-            left_out: plan.left_out.clone(),
+            inputs: Inputs { memory: self.memory.into_bodies(), ..self.inputs },
             events: self.events,
-            energy: plan.energy,
             warnings: Warnings::new(source.error(0..0, "").place(), plan.edits.len()),
             plan,
             clock: Clock { dt: self.dt, steps: 0 },
-            workers: Workers::new(asked, threads, count),
-            limits: StepLimits::new(&scene.time),
-            integrators: Vec::new(),
             guard: StepGuard::new(scene.time.patience.get_ref().si),
-            sleep: Sleep::new(scene.time.sleep.as_ref().map_or(0.0, |s| s.get_ref().si), count),
-            moved: vec![0.0; count],
-            sheet_tips: (0..count).map(|_| SheetTips::default()).collect(),
-            obstacles: Obstacles::new(obstacles, places, count),
-            body_contacts,
-            seams: Seams::new(if has_seams { self.seams } else { Vec::new() }),
-            unpaired: None,
-            ties: Ties::default(),
-            scratch: Scratch { springs, has_seams, balls: Vec::new() },
+            motion,
+            editing: Editing::new(count, unpaired),
             frame: Frame::default(),
-            stiffness: StiffnessState::default(),
-            history: History::default(),
-            layers: SculptLayers::default(),
-            divided: DividedBodies::new(count),
         }
     }
 }

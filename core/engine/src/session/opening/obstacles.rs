@@ -10,24 +10,20 @@ use crate::shape::{self, ShapeParams};
 use nalgebra::UnitQuaternion;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::{ObjDocument, Placement, Surface};
-use std::path::PathBuf;
 use std::sync::Arc;
 use toml::Spanned;
 
 impl Opening<'_> {
-    /// Opens the obstacles of a scene. Returns them and the files that were read.
-    pub(super) fn obstacles(&mut self, scene: &Scene) -> Result<(Vec<Obstacle>, Vec<PathBuf>), SessionError> {
-        let mut files = Vec::new();
-        let list =
-            scene.obstacle.iter().map(|obstacle| self.obstacle(obstacle, &mut files)).collect::<Result<_, _>>()?;
-        Ok((list, files))
+    /// Opens the obstacles of a scene, and records the files that are read.
+    pub(super) fn obstacles(&mut self, scene: &Scene) -> Result<Vec<Obstacle>, SessionError> {
+        scene.obstacle.iter().map(|obstacle| self.obstacle(obstacle)).collect()
     }
 
-    fn obstacle(&mut self, scene: &ObstacleScene, files: &mut Vec<PathBuf>) -> Result<Obstacle, SessionError> {
+    fn obstacle(&mut self, scene: &ObstacleScene) -> Result<Obstacle, SessionError> {
         let name = scene.name.get_ref().clone();
         let rotation = scene.rotation.as_ref().map(|r| place::rotation(r, self.source)).transpose()?;
         let origin = scene.position.map_or(Vec3::zeros(), |p| p.map(|c| c.si).into());
-        let surface = self.obstacle_surface(scene, files)?;
+        let surface = self.obstacle_surface(scene)?;
         let [static_coefficient, kinetic_coefficient] = *scene.friction.get_ref();
         let path: Vec<(f64, Vec3)> = scene.path.get_ref().iter().map(|&[t, x, y, z]| (t, Vec3::new(x, y, z))).collect();
         let degrees = |&[t, x, y, z]: &[f64; 4]| (t, Vec3::new(x, y, z) * (std::f64::consts::PI / 180.0));
@@ -53,11 +49,7 @@ impl Opening<'_> {
     }
 
     /// The surface of an obstacle: its shape or its mesh.
-    fn obstacle_surface(
-        &self,
-        scene: &ObstacleScene,
-        files: &mut Vec<PathBuf>,
-    ) -> Result<ObstacleSurface, SessionError> {
+    fn obstacle_surface(&mut self, scene: &ObstacleScene) -> Result<ObstacleSurface, SessionError> {
         let name = scene.name.get_ref();
         let thickness = scene.thickness.as_ref().map_or(0.0, |t| t.get_ref().si);
         match (&scene.shape, &scene.mesh) {
@@ -72,7 +64,7 @@ impl Opening<'_> {
                 Ok(ObstacleSurface::Shape(shape::build(of.kind.get_ref(), &params).map_err(wrong)?, thickness))
             }
             (None, Some(mesh)) => {
-                let surface = Surface::from_document(&self.obstacle_document(name, mesh, files)?);
+                let surface = Surface::from_document(&self.obstacle_document(name, mesh)?);
                 let wrong = |text: String| self.source.error(mesh.span(), format!("obstacle `{name}`: {text}"));
                 let placement = match &scene.size {
                     Some(size) => {
@@ -95,12 +87,7 @@ impl Opening<'_> {
     }
 
     /// The mesh of an obstacle, of the source or read from its file, within the memory that is left.
-    fn obstacle_document(
-        &self,
-        name: &str,
-        mesh: &Spanned<String>,
-        files: &mut Vec<PathBuf>,
-    ) -> Result<ObjDocument, SessionError> {
+    fn obstacle_document(&mut self, name: &str, mesh: &Spanned<String>) -> Result<ObjDocument, SessionError> {
         if let Some(document) = self.source.documents.get(mesh.get_ref()) {
             return Ok(document.clone());
         }
@@ -114,7 +101,7 @@ impl Opening<'_> {
         let checked = self.memory.check(&format!("obstacle `{name}`"), file_bytes(size), &what, |_| None);
         checked.map_err(|text| SessionError::Memory(self.source.error(mesh.span(), text)))?;
         let document = ObjDocument::read(&path)?;
-        files.push(path);
+        self.inputs.obstacle_files.push(path);
         Ok(document)
     }
 }

@@ -33,9 +33,9 @@ impl Opening<'_> {
         let settings = settings(self.source, info, given)?;
         self.check_libraries(info, &settings, given)?;
         let path = library.path().display().to_string();
-        if !self.loaded.iter().any(|l| l.path == path && l.id == info.id) {
+        if !self.inputs.loaded.iter().any(|l| l.path == path && l.id == info.id) {
             let (kind, id, version) = (kind.name(), info.id.clone(), info.version.clone());
-            self.loaded.push(Loaded { kind, id, version, path });
+            self.inputs.loaded.push(Loaded { kind, id, version, path });
         }
         Ok((library, info, settings))
     }

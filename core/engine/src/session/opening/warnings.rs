@@ -39,17 +39,17 @@ impl Session {
                 extend(None, extents(model));
             }
         }
-        let crossing = self.exclude_crossing_pairs()?;
+        let crossing = self.interactions.body_contacts.exclude_crossing_pairs(&mut self.bodies)?;
         let place_of = |body: usize| extended.iter().find(|e| e.moving == Some(body)).map_or("", |e| e.place.as_str());
         found.extend(crossing.iter().map(|&(pair, count)| self.crossing_warning(pair, count, place_of(pair[1]))));
-        let handled = self.body_contacts.pairs().chain(crossing.iter().map(|(bodies, _)| *bodies));
+        let handled = self.interactions.body_contacts.pairs().chain(crossing.iter().map(|(bodies, _)| *bodies));
         let mut tied = Vec::new();
-        self.find_tied(&mut tied);
+        self.interactions.ties.find_pairs(&self.bodies, &mut tied);
         let is_tied = |pair: [usize; 2]| tied.binary_search(&pair).is_ok();
         let (detection, overlaps) = OverlapDetection::new(extended, handled, is_tied);
         self.warnings.overlaps = detection;
         found.extend(overlaps);
-        found.extend(self.find_obstacle_warnings());
+        found.extend(self.interactions.obstacles.opening_warnings(&self.bodies));
         found.extend(self.find_contact_law_warnings(scene, source));
         self.warnings.opening = found;
         Ok(())

@@ -1,6 +1,6 @@
 //! What a user asks of sculpt layers, and what is refused.
 
-use super::{SculptLayerState, SculptLayers};
+use super::SculptLayerState;
 use crate::session::{EventKind, Session};
 
 /// Why a change of the layers was refused.
@@ -9,7 +9,7 @@ type Refusal = String;
 impl Session {
     /// The sculpt layers, the lowest first.
     pub fn sculpt_layers(&self) -> Vec<SculptLayerState> {
-        self.layers.states()
+        self.editing.layers.states()
     }
 
     /// Adds a layer, which records strokes from now on.
@@ -18,7 +18,7 @@ impl Session {
             None,
             |_| Ok(true),
             |session| {
-                session.layers.add(name, &session.bodies);
+                session.editing.layers.add(name, &session.bodies);
                 Ok(())
             },
         )
@@ -26,10 +26,11 @@ impl Session {
 
     /// Gives a layer another name.
     pub(in crate::session) fn rename_layer(&mut self, layer: u32, name: &str) -> bool {
-        let differs = |session: &Self| Ok(*session.layers.layers[session.layer(layer)?].name != *name);
+        let differs =
+            |session: &Self| Ok(*session.editing.layers.layers[session.editing.layers.index(layer)?].name != *name);
         self.change_layers(None, differs, |session| {
-            let layer = session.layer(layer)?;
-            session.layers.layers[layer].name = name.into();
+            let layer = session.editing.layers.index(layer)?;
+            session.editing.layers.layers[layer].name = name.into();
             Ok(())
         })
     }
@@ -37,16 +38,16 @@ impl Session {
     /// Strokes are recorded in a layer, which gets its full strength, or in the base.
     pub(in crate::session) fn record_layer(&mut self, layer: Option<u32>) -> bool {
         let differs = |session: &Self| {
-            let layer = layer.map(|layer| session.free_layer(layer)).transpose()?;
-            Ok(session.layers.recording != layer)
+            let layer = layer.map(|layer| session.editing.layers.free_index(layer)).transpose()?;
+            Ok(session.editing.layers.recording != layer)
         };
         self.change_layers(None, differs, |session| {
             let Some(layer) = layer else {
-                session.layers.recording = None;
+                session.editing.layers.recording = None;
                 return Ok(());
             };
-            let layer = session.free_layer(layer)?;
-            session.layers.recording = Some(layer);
+            let layer = session.editing.layers.free_index(layer)?;
+            session.editing.layers.recording = Some(layer);
             session.blend(layer, 1.0)
         })
     }
@@ -54,16 +55,16 @@ impl Session {
     /// Gives a layer another strength, 0 to 1. At less than 1 it no longer records.
     pub(in crate::session) fn set_layer_strength(&mut self, layer: u32, strength: f64) -> bool {
         let differs = |session: &Self| {
-            let layer = &session.layers.layers[session.free_layer(layer)?];
+            let layer = &session.editing.layers.layers[session.editing.layers.free_index(layer)?];
             if !(0.0..=1.0).contains(&strength) {
                 return Err(format!("layer `{}`: strength {strength}; allowed is 0 to 1", layer.name));
             }
             Ok(layer.strength != strength)
         };
         self.change_layers(Some(layer), differs, |session| {
-            let layer = session.free_layer(layer)?;
+            let layer = session.editing.layers.free_index(layer)?;
             if strength < 1.0 {
-                session.layers.recording = session.layers.recording.filter(|other| *other != layer);
+                session.editing.layers.recording = session.editing.layers.recording.filter(|other| *other != layer);
             }
             session.blend(layer, strength)
         })
@@ -71,21 +72,21 @@ impl Session {
 
     /// Makes a layer a part of the base, at its present strength.
     pub(in crate::session) fn merge_layer(&mut self, layer: u32) -> bool {
-        let exists = |session: &Self| session.layer(layer).map(|_| true);
+        let exists = |session: &Self| session.editing.layers.index(layer).map(|_| true);
         self.change_layers(None, exists, |session| {
-            let layer = session.layer(layer)?;
-            session.layers.remove(layer, true);
+            let layer = session.editing.layers.index(layer)?;
+            session.editing.layers.remove(layer, true);
             Ok(())
         })
     }
 
     /// Deletes a layer with what it does to the shape.
     pub(in crate::session) fn delete_layer(&mut self, layer: u32) -> bool {
-        let is_free = |session: &Self| session.free_layer(layer).map(|_| true);
+        let is_free = |session: &Self| session.editing.layers.free_index(layer).map(|_| true);
         self.change_layers(None, is_free, |session| {
-            let layer = session.free_layer(layer)?;
+            let layer = session.editing.layers.free_index(layer)?;
             session.blend(layer, 0.0)?;
-            session.layers.remove(layer, false);
+            session.editing.layers.remove(layer, false);
             Ok(())
         })
     }
@@ -108,14 +109,16 @@ impl Session {
             }
         }
         self.end_edits();
-        self.layers.assign(&self.bodies);
-        let (before, layers) = (self.history.kept.then(|| self.save()), self.layers.clone());
+        self.editing.layers.assign(&self.bodies);
+        let (before, layers) = (self.editing.history.kept.then(|| self.save()), self.editing.layers.clone());
         if let Err(why) = change(self) {
-            self.layers = layers;
+            self.editing.layers = layers;
             self.refuse_layers(why);
             return false;
         }
-        self.remember_layers(before, strength_of);
+        if let Some(before) = before {
+            self.editing.history.record_layers(before, strength_of);
+        }
         true
     }
 
@@ -124,39 +127,16 @@ impl Session {
         self.events.add(EventKind::LayerRefused, time, || why);
     }
 
-    /// The index of a layer.
-    fn layer(&self, layer: u32) -> Result<usize, Refusal> {
-        let count = self.layers.layers.len();
-        let none = || match count {
-            0 => format!("layer {layer}: there is none"),
-            _ => format!("layer {layer}: there is none; allowed is 0 to {}", count - 1),
-        };
-        Some(layer as usize).filter(|layer| *layer < count).ok_or_else(none)
-    }
-
-    /// The index of a layer whose strength may change.
-    fn free_layer(&self, layer: u32) -> Result<usize, Refusal> {
-        let layer = self.layer(layer)?;
-        if self.layers.is_fixed(layer) {
-            let SculptLayers { layers, .. } = &self.layers;
-            let name = &layers[layer].name;
-            return Err(format!(
-                "layer `{name}`: something was cut or stitched since, and the new surface is not in the layer; take that back first, \
-                 or merge the layer"
-            ));
-        }
-        Ok(layer)
-    }
-
     /// Gives a layer a strength and all bodies the shape that they have then.
     fn blend(&mut self, layer: usize, strength: f64) -> Result<(), Refusal> {
-        if self.layers.layers[layer].strength == strength {
+        if self.editing.layers.layers[layer].strength == strength {
             return Ok(());
         }
-        self.layers.layers[layer].strength = strength;
-        let shapes: Vec<_> = (0..self.bodies.len()).map(|body| self.layers.shape(body)).collect();
-        let changes: Vec<_> = shapes.iter().enumerate().map(|(body, shape)| self.layers.change(body, shape)).collect();
-        let name = std::sync::Arc::clone(&self.layers.layers[layer].name);
+        self.editing.layers.layers[layer].strength = strength;
+        let shapes: Vec<_> = (0..self.bodies.len()).map(|body| self.editing.layers.shape(body)).collect();
+        let changes: Vec<_> =
+            shapes.iter().enumerate().map(|(body, shape)| self.editing.layers.change(body, shape)).collect();
+        let name = std::sync::Arc::clone(&self.editing.layers.layers[layer].name);
         let refused =
             |body: &str, why: String| format!("layer `{name}` at strength {strength:.2}: body `{body}`: {why}");
         let changing = self.bodies.iter().zip(&shapes).zip(&changes).filter(|(_, change)| !change.is_empty());
@@ -185,14 +165,14 @@ impl Session {
                 return Err(why);
             }
             self.changed(index);
-            if let Err(error) = self.bodies[index].find_one_sided(&self.workers.all) {
+            if let Err(error) = self.bodies[index].find_one_sided(self.motion.pool()) {
                 self.freeze(index, self.time(), error.to_string());
             }
         }
         for slot in &mut self.tools {
             slot.tool.release(&slot.hand);
         }
-        self.layers.take_shapes(&self.bodies);
+        self.editing.layers.take_shapes(&self.bodies);
         Ok(())
     }
 }

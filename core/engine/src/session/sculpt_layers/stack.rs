@@ -54,6 +54,35 @@ impl SculptLayers {
         self.layers[layer].topology != self.topology
     }
 
+    /// The index of the layer with this number.
+    ///
+    /// # Errors
+    /// Says which numbers there are.
+    pub(super) fn index(&self, layer: u32) -> Result<usize, String> {
+        let count = self.layers.len();
+        let none = || match count {
+            0 => format!("layer {layer}: there is none"),
+            _ => format!("layer {layer}: there is none; allowed is 0 to {}", count - 1),
+        };
+        Some(layer as usize).filter(|layer| *layer < count).ok_or_else(none)
+    }
+
+    /// The index of the layer with this number, whose strength may change.
+    ///
+    /// # Errors
+    /// Those of [`SculptLayers::index`]; a layer from before a cut or a stitch.
+    pub(super) fn free_index(&self, layer: u32) -> Result<usize, String> {
+        let layer = self.index(layer)?;
+        if self.is_fixed(layer) {
+            let name = &self.layers[layer].name;
+            return Err(format!(
+                "layer `{name}`: something was cut or stitched since, and the new surface is not in the layer; take that back first, \
+                 or merge the layer"
+            ));
+        }
+        Ok(layer)
+    }
+
     /// The layers, for viewers.
     pub(super) fn states(&self) -> Vec<SculptLayerState> {
         let state = |(index, layer): (usize, &SculptLayer)| SculptLayerState {
