@@ -43,12 +43,11 @@
 
 mod atomic;
 mod content_hash;
-mod force_plot;
 mod inputs;
 mod machine;
 mod model;
-mod outputs;
-mod parts;
+mod output;
+mod output_paths;
 mod plan_report;
 mod probe;
 mod recorder;
@@ -56,14 +55,14 @@ mod recording;
 mod result_set;
 mod statistics;
 mod summary;
-mod trace;
 
 pub use atomic::{AtomicFile, remove_leftovers};
 pub use content_hash::{ContentHasher, hash_bytes, hash_file};
 pub use inputs::InputHash;
 pub use machine::Machine;
 pub use model::{ModelShape, write_model, write_model_to};
-pub use outputs::{RunOutputs, check_replaceable};
+pub use output::{TracedTool, trace_cells, trace_columns, traced_tools};
+pub use output_paths::{RunOutputs, check_replaceable};
 pub use plan_report::PlanReport;
 pub use probe::ProbeResult;
 pub use recorder::Recorder;
@@ -73,4 +72,3 @@ pub use recording::{
 };
 pub use statistics::RunStatistics;
 pub use summary::{BodySummary, CutSummary, Durations, Summary, summarize_bodies};
-pub use trace::{TracedTool, trace_cells, trace_columns, traced_tools};

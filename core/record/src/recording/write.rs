@@ -2,7 +2,7 @@
 
 use super::encoding::{put_command, put_device, put_numbers, put_pose, put_timeout};
 use crate::atomic::{AtomicFile, error_at};
-use crate::outputs::check_file;
+use crate::output_paths::check_file;
 use pliant_engine::recording::format::{
     COMMAND, DEVICE, END, HEADER, IDLE, MAGIC, RecordedFile, RecordingHeader, STEP, TIMEOUT, VERSION,
 };

@@ -1,6 +1,7 @@
 //! Which files belong to a set of results: by the list in its summary, and by their names.
 
 use super::{FRAMES, INTERRUPTED, SUMMARY};
+use crate::output::OUTPUTS;
 use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -28,16 +29,7 @@ pub(super) fn listed_by(summary: &Path, folder: &Path) -> BTreeSet<PathBuf> {
 
 /// Whether a path, relative to a folder of results, has the name of a result.
 pub(super) fn is_result(file: &Path) -> bool {
-    let Some(name) = file.file_name().and_then(|name| name.to_str()) else { return false };
-    let model = |start: &str| name.starts_with(start) && name.ends_with(".obj");
-    match file.parent() {
-        Some(folder) if folder.as_os_str().is_empty() => {
-            let mesh = name.starts_with("final") && name.ends_with(".vtk");
-            model("final") || mesh || ["trace.csv", "nodes.csv", "forces.svg", SUMMARY].contains(&name)
-        }
-        Some(folder) => folder == Path::new(FRAMES) && model("frame"),
-        None => false,
-    }
+    file == Path::new(SUMMARY) || OUTPUTS.iter().any(|kind| kind.names.contains(file))
 }
 
 /// Whether a path, relative to a folder of results, may be a file or folder of a set, of a complete or an interrupted run.

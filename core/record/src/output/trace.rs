@@ -1,8 +1,42 @@
-//! CSV files of a run: the trace, with a row for each step, and the final nodes.
+//! `trace.csv`: a row for each step.
 
+use super::{FileNames, Output, OutputFolder, OutputKind};
+use crate::atomic::AtomicFile;
 use pliant_engine::edit::EditKind;
-use pliant_engine::session::{Frame, Session};
+use pliant_engine::session::{Frame, Session, Warning};
 use std::io::{self, Write};
+
+/// Name of the file.
+const NAME: &str = "trace.csv";
+
+/// The trace, if the scene asks for it.
+pub(super) static TRACE: OutputKind = OutputKind {
+    names: FileNames::One(NAME),
+    replaces: |_, _| vec![NAME.into()],
+    begin: |request| {
+        if !request.scene.output.trace {
+            return Ok(None);
+        }
+        let mut file = request.folder.create(NAME)?;
+        write_header(request.session, &mut file)?;
+        Ok(Some(Box::new(Trace { file })))
+    },
+};
+
+/// Writes a row in each step.
+struct Trace {
+    file: AtomicFile,
+}
+
+impl Output for Trace {
+    fn step(&mut self, session: &Session, _folder: &OutputFolder) -> io::Result<()> {
+        write_row(session.frame(), &mut self.file)
+    }
+
+    fn finish(self: Box<Self>, _session: &Session, _folder: &OutputFolder) -> io::Result<Option<Warning>> {
+        self.file.finish().map(|()| None)
+    }
+}
 
 /// A tool as a trace knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +79,7 @@ pub fn trace_columns<'a>(tools: impl IntoIterator<Item = TracedTool<'a>>) -> Vec
 }
 
 /// Writes the line with the names of the columns.
-pub(crate) fn write_header(session: &Session, out: &mut impl Write) -> io::Result<()> {
+fn write_header(session: &Session, out: &mut impl Write) -> io::Result<()> {
     let columns = trace_columns(traced_tools(session));
     writeln!(out, "{}", columns.join(","))
 }
@@ -58,7 +92,7 @@ pub fn trace_cells(frame: &Frame) -> Vec<String> {
 }
 
 /// Writes the row of one step.
-pub(crate) fn write_row(frame: &Frame, out: &mut impl Write) -> io::Result<()> {
+fn write_row(frame: &Frame, out: &mut impl Write) -> io::Result<()> {
     write!(out, "{}", frame.time)?;
     for t in &frame.tools {
         let gripping = t.edit.filter(|_| t.grips).map(EditKind::name);
@@ -83,18 +117,4 @@ pub(crate) fn write_row(frame: &Frame, out: &mut impl Write) -> io::Result<()> {
         frame.residual,
         frame.seconds
     )
-}
-
-/// Writes the current nodes of every body, with a header line.
-pub(crate) fn write_nodes(session: &Session, out: &mut impl Write) -> io::Result<()> {
-    writeln!(out, "body,node,rest_x_m,rest_y_m,rest_z_m,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,mass_kg,constraint")?;
-    for body in &session.bodies {
-        let n = &body.system.nodes;
-        for i in 0..n.len() {
-            let [[a, b, c], [x, y, z], [u, v, w]] = [n.rest[i], n.x[i], n.v[i]].map(<[f64; 3]>::from);
-            let held = if n.constraint[i].is_free() { "free" } else { "held" };
-            writeln!(out, "{},{i},{a},{b},{c},{x},{y},{z},{u},{v},{w},{},{held}", body.name, n.mass[i])?;
-        }
-    }
-    Ok(())
 }

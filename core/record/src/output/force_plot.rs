@@ -1,8 +1,32 @@
-//! A plot of reactions as arrows on the mesh, like figure 8 of Tripicchio, D'Avella and Ruffaldi (2022).
+//! `forces.svg`: a plot of reactions as arrows on the mesh, like figure 8 of Tripicchio, D'Avella and Ruffaldi (2022).
 
+use super::{BoxedOutput, FileNames, Output, OutputFolder, OutputKind};
 use pliant_engine::body::Body;
+use pliant_engine::session::{Session, Warning};
 use pliant_solver::Vec3;
 use std::io::{self, Write};
+
+/// Name of the file.
+const NAME: &str = "forces.svg";
+
+/// The plot of reactions at the end, if the scene asks for it.
+pub(super) static FORCES: OutputKind = OutputKind {
+    names: FileNames::One(NAME),
+    replaces: |_, _| vec![NAME.into()],
+    begin: |request| Ok(request.scene.output.forces.then(|| Box::new(ForcePlot) as BoxedOutput)),
+};
+
+/// Writes the plot at the end.
+struct ForcePlot;
+
+impl Output for ForcePlot {
+    fn finish(self: Box<Self>, session: &Session, folder: &OutputFolder) -> io::Result<Option<Warning>> {
+        let bodies = session.bodies.iter().enumerate().map(|(i, body)| (body, session.reactions(i)));
+        let mut file = folder.create(NAME)?;
+        write_force_plot(bodies, &mut file)?;
+        file.finish().map(|()| None)
+    }
+}
 
 /// Width of the drawing in its own units.
 const WIDTH: f64 = 800.0;
@@ -18,10 +42,7 @@ const AXIS_ANGLE: (f64, f64) = (0.5, 0.866_025_403_784_438_6);
 ///
 /// # Errors
 /// Returns the errors of `file`.
-pub(super) fn write_force_plot<'a>(
-    bodies: impl Iterator<Item = (&'a Body, &'a [Vec3])>,
-    file: &mut impl Write,
-) -> io::Result<()> {
+fn write_force_plot<'a>(bodies: impl Iterator<Item = (&'a Body, &'a [Vec3])>, file: &mut impl Write) -> io::Result<()> {
     let bodies: Vec<(&Body, &[Vec3])> = bodies.collect();
     let points = bodies.iter().flat_map(|(body, _)| &body.skin.x).map(|p| project(*p));
     let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
