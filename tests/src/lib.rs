@@ -29,7 +29,7 @@ use serde_json::Value;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A step of a millisecond, where a test asks for what a body is in it.
 pub const NOW: StepTime = StepTime { start: 0.0, dt: 1e-3 };
@@ -146,6 +146,36 @@ impl Ran {
     }
 }
 
+/// Codes of the warnings in the summary of a run, or in the JSON of a run or a plan.
+///
+/// # Panics
+/// If the document has no list of warnings.
+pub fn warning_codes(document: &Value) -> Vec<String> {
+    let list = document["warnings"].as_array().expect("a list");
+    list.iter().map(|w| w["code"].as_str().expect("a code").to_owned()).collect()
+}
+
+/// Kinds of the plugins that were loaded, by the summary of a run or the JSON of a plan.
+///
+/// # Panics
+/// If the document has no list of plugins.
+pub fn loaded_kinds(document: &Value) -> Vec<String> {
+    let list = document["loaded"].as_array().expect("a list");
+    list.iter().map(|plugin| plugin["kind"].as_str().expect("a kind").to_owned()).collect()
+}
+
+/// Asks again and again until it holds, every few milliseconds.
+///
+/// # Panics
+/// If it does not hold within a minute.
+pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
+    let began = Instant::now();
+    while !holds() {
+        assert!(began.elapsed() < Duration::from_secs(60), "{what}: not within a minute");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
 impl Default for Bench {
     fn default() -> Self {
         Self::new()
@@ -214,10 +244,19 @@ impl Bench {
     /// # Panics
     /// If the run ends before.
     pub fn wait_for_rows(&self, run: &mut Child, older: &[String]) {
+        self.wait_for_trace(run, older, |rows| !rows.is_empty());
+    }
+
+    /// The same, until what it has written holds.
+    ///
+    /// # Panics
+    /// If the run ends before.
+    pub fn wait_for_trace(&self, run: &mut Child, older: &[String], holds: impl Fn(&str) -> bool) {
         let written = |stage: &String| {
             let trace = |name: &String| name.starts_with("trace.csv.pliant-") && name.ends_with(".partial");
-            let is_long = |name: String| self.path(&format!("{stage}/{name}")).metadata().is_ok_and(|m| m.len() > 0);
-            !older.contains(stage) && self.names(stage).into_iter().filter(trace).any(is_long)
+            let text = |name: String| std::fs::read_to_string(self.path(&format!("{stage}/{name}"))).ok();
+            !older.contains(stage)
+                && self.names(stage).into_iter().filter(trace).filter_map(text).any(|rows| holds(&rows))
         };
         while !self.stages().iter().any(written) {
             assert!(run.try_wait().expect("asked").is_none(), "it ended by itself");

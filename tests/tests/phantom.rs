@@ -387,8 +387,11 @@ fn the_shipped_scene_is_touched() {
         bench.pliant(&["device", "doctor", "phantom", "--json", "--set", &format!("library={}", library.display())]);
     let found = found.expect(0).json();
     assert!(found["devices"][0]["findings"][1]["found"].as_str().unwrap().contains("Omni"), "{found}");
-    let missing = bench.pliant(&["device", "doctor", "phantom", "--set", "library=/nowhere/libHD.so"]).expect(1);
-    assert!(missing.out.contains("missing  driver library") && missing.out.contains("OpenHaptics"), "{}", missing.out);
+    let doctor = ["device", "doctor", "phantom", "--json", "--set", "library=/nowhere/libHD.so"];
+    let missing = bench.pliant(&doctor).expect(1).json();
+    let finding = &missing["devices"][0]["findings"][0];
+    assert!(finding["state"] == "missing" && finding["what"] == "driver library", "{missing}");
+    assert!(finding["remedy"].as_str().is_some_and(|remedy| remedy.contains("OpenHaptics")), "{missing}");
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use pliant_batch::{RunOptions, Sweep, run};
 use pliant_host::SearchPath;
-use pliant_tests::Bench;
 use pliant_tests::batch::{rows, run_batch, small_bench, small_scene, small_sweep};
+use pliant_tests::{Bench, wait_until};
 use serde_json::Value;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -184,12 +184,10 @@ fn rows_of_another_version_are_done_again_and_not_mixed() {
 fn start_hanging(bench: &Bench) -> Child {
     let mut command: Command = bench.command(&["batch", "sweep.toml", "--quiet", "--out", "out"]);
     let child = command.stderr(Stdio::null()).spawn().unwrap();
-    let began = Instant::now();
-    while !bench.path("out/shard-1-of-1.journal").exists() {
-        assert!(began.elapsed() < Duration::from_secs(60), "it does not begin");
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    std::thread::sleep(Duration::from_millis(500));
+    wait_until("it holds its shard", || {
+        bench.path("out/shard-1-of-1.journal").exists()
+            && bench.pliant(&["batch", "status", "out", "--json"]).expect(0).json()[0]["state"] == "running"
+    });
     child
 }
 

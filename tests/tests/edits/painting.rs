@@ -1,7 +1,7 @@
 //! Pins and parameters painted by strokes: against fields of a scene, over materials, levels and integrators, with undo, cuts and replay.
 
 use pliant_editor::SurfacePoint;
-use pliant_engine::session::{EventKind, HistoryCounts, Session};
+use pliant_engine::session::{Event, EventKind, HistoryCounts, Session};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::models;
 use pliant_tests::bar::{MATERIALS, STRAIN, energy};
@@ -438,7 +438,9 @@ fn painting_stays_within_what_the_integrator_follows() {
     run(&mut session, 0.35);
     let most = session.bodies[0].painted_stiffening();
     assert!(most > 1.0 && most <= session.bodies[0].most_stiffening && most < 10.0, "{most}");
-    assert!(session.events.described().iter().any(|(_, event)| event.text.contains("paint: stiffness over density")));
+    let told =
+        |(kind, event): &(EventKind, Event)| *kind == EventKind::Message && event.text.contains("symplectic-euler");
+    assert!(session.events.described().iter().any(told), "the integrator that sets the limit is named");
     assert_eq!(
         session.events.count(EventKind::Quarantine) + session.events.count(EventKind::Unstable),
         0,

@@ -1,5 +1,6 @@
 //! A step that fails leaves the body where it was before, and contacts hold none of its nodes.
 
+use pliant_engine::session::EventKind;
 use pliant_solver::{
     Constraint, ContactConstraints, Integrator, Loads, Pool, Scheme, StepError, StepTime, System, TrialStep, Vec3,
 };
@@ -131,7 +132,7 @@ fn a_tip_lets_go_of_a_sheet_that_stands_still() {
         session.bodies[0].system.nodes.v[corner.expect("a node at a free border")].x = f64::NAN;
         session.step();
         let body = &session.bodies[0];
-        assert!(body.frozen.as_ref().is_some_and(|why| why.contains("finite")), "{time}, {more}: {:?}", body.frozen);
+        assert!(body.frozen.is_some() && session.events.count(EventKind::Quarantine) == 1, "{time}, {more}");
         assert!(body.system.nodes.constraint == before, "{time}, {more}: a node is held");
     }
 }

@@ -149,8 +149,7 @@ fn the_force_of_the_twin_ends_when_the_host_is_killed() {
         .spawn()
         .unwrap();
     twin.until("connected");
-    // During the contact.
-    std::thread::sleep(Duration::from_millis(2500));
+    bench.wait_for_trace(&mut host, &[], |rows| rows.contains(",touch,"));
     host.kill().unwrap();
     host.wait().unwrap();
     let end = twin.until("force-ended");

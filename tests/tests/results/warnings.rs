@@ -1,14 +1,7 @@
 //! What has no effect is said: on standard error, in the JSON and in the summary, by a code; `--strict` makes it an error.
 
 use pliant_tests::models::CUBE;
-use pliant_tests::{Bench, Ran, box_scene};
-use serde_json::Value;
-
-/// Codes of warnings in a document of a run or a plan.
-fn codes(document: &Value) -> Vec<String> {
-    let list = document["warnings"].as_array().expect("a list");
-    list.iter().map(|w| w["code"].as_str().expect("a code").to_owned()).collect()
-}
+use pliant_tests::{Bench, Ran, box_scene, warning_codes as codes};
 
 /// Runs `scene.toml` of a bench: the codes of its summary, which are those on standard output and on standard error.
 fn run(bench: &Bench) -> Vec<String> {

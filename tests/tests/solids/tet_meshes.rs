@@ -9,7 +9,7 @@ use pliant_mesh::testing::tetrahedra::{TetBox, TetFormat};
 use pliant_mesh::{ObjDocument, TetMesh};
 use pliant_tests::solid::{forces, hold, settle};
 use pliant_tests::tetrahedral::{open, orders, run, scene};
-use pliant_tests::{Bench, open_file, root};
+use pliant_tests::{Bench, loaded_kinds, open_file, root};
 use std::path::Path;
 
 const SOLIDS: [&str; 2] = ["neo-hookean", "corotational"];
@@ -479,17 +479,16 @@ fn what_does_not_work_on_tetrahedra_is_refused() {
     bench.write("scene.toml", body(""));
     let wrong = bench.pliant(&["run", "scene.toml", "--mesh", "box.obj"]).expect(2);
     wrong.says(&["box.obj", "in the place of that of body `body`; allowed is a tetrahedral mesh (.msh, .vtk or .vtu)"]);
-    let plan = bench.pliant(&["plan", "scene.toml"]).expect(0);
-    assert!(
-        plan.out.contains("48 tetrahedra")
-            && plan.out.contains("grid of body `body`: it is simulated on the tetrahedra of its file"),
-        "{}",
-        plan.out
-    );
-    assert!(!plan.out.contains("octree-grid"), "no grid plugin is opened: {}", plan.out);
-    bench.write("box.msh", mesh.quadratic().bytes(TetFormat::Msh2Binary));
-    let plan = bench.pliant(&["plan", "scene.toml"]).expect(0).out;
-    assert!(plan.contains("48 quadratic tetrahedra of 10 nodes, which are "), "{plan}");
+    for (file, nodes) in [(None, 4), (Some(mesh.quadratic().bytes(TetFormat::Msh2Binary)), 10)] {
+        file.into_iter().for_each(|bytes| drop(bench.write("box.msh", bytes)));
+        let plan = bench.pliant(&["plan", "scene.toml", "--json"]).expect(0).json();
+        let body = &plan["bodies"][0];
+        assert_eq!((&body["tetrahedra"], &body["nodes_of_tetrahedron"]), (&48.into(), &nodes.into()), "{plan}");
+        let kinds = loaded_kinds(&plan);
+        assert!(kinds.iter().all(|kind| kind != "grid"), "no grid plugin is opened: {plan}");
+        let left_out = plan["left_out"].as_array().expect("a list");
+        assert!(left_out.iter().any(|part| part["what"] == "grid of body `body`"), "{plan}");
+    }
     // What may surprise is told with a code.
     let mut turned = mesh.clone();
     turned.tetrahedra[3].swap(0, 1);
