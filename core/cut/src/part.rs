@@ -38,7 +38,9 @@ impl CutMesh {
             let chosen = Chosen { number, has_failed: &has_failed, is_divided: &is_divided };
             let mut bytes = Vec::new();
             self.write_chosen(&chosen, document, &self.surface.points, material, &mut bytes)?;
-            let document = ObjDocument::parse(bytes, document.name())?;
+            let welds = document.welds();
+            let mut document = ObjDocument::parse(bytes, document.name())?;
+            document.weld(welds);
             let read = Surface::from_document(&document);
             let mut known: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
             owned_triangles().for_each(|t| known.entry(self.surface.triangles[t as usize]).or_default().push(t));

@@ -190,7 +190,9 @@ impl<'a> ModelShape<'a> {
     fn without_failed(&self, cap_material: &str) -> io::Result<ObjDocument> {
         let mut bytes = Vec::new();
         self.write_whole(cap_material, &mut bytes)?;
-        ObjDocument::parse(bytes, Path::new("model.obj")).map_err(io::Error::other)
+        let mut document = ObjDocument::parse(bytes, Path::new("model.obj")).map_err(io::Error::other)?;
+        document.weld(self.document.welds());
+        Ok(document)
     }
 
     /// Whether all triangles of the file, or of the cut mesh, have failed, and no piece of one is left.

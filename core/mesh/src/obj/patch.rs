@@ -76,8 +76,8 @@ impl ObjDocument {
 
     /// Replacements of changed coordinates in the document's own rows.
     fn coordinates(&self, positions: &[Vec3], normals: Option<&[Vec3]>) -> Result<Vec<Edit>, WriteError> {
-        let parsed = &self.parsed;
-        let mut rows = edits("v", &parsed.position_at, &parsed.positions, positions)?;
+        let (parsed, positions) = (&self.parsed, self.with_welds(positions));
+        let mut rows = edits("v", &parsed.position_at, &parsed.positions, &positions)?;
         if let Some(normals) = normals {
             same_length("vn", normals, &parsed.normals)?;
             rows.extend(edits("vn", &parsed.normal_at, &parsed.normals, normals)?);

@@ -89,7 +89,9 @@ impl ObjDocument {
         let mut bytes = Vec::with_capacity(4 * self.bytes().len());
         let written = self.write_patched(self.positions(), None, &patch, &mut bytes);
         written.map_err(|source| ObjError::Read { file: self.name().into(), source: std::io::Error::other(source) })?;
-        Self::parse(bytes, self.name())
+        let mut divided = Self::parse(bytes, self.name())?;
+        divided.weld(&self.welds);
+        Ok(divided)
     }
 
     /// Number of faces of [`Self::subdivided`].
