@@ -77,7 +77,7 @@ pub enum Remedy {
     /// Twice the step of a sheet, whose implicit solver takes longer steps: s.
     LongerStep(f64),
 }
-/// Share of the height of a sheet from the top whose vertices are held: it hangs.
+/// Share of the height of a part of a sheet from the top whose vertices are held: it hangs.
 const HELD_SHARE: f64 = 0.02;
 
 impl OpenRequest {
@@ -262,9 +262,7 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
             DraftMaterial::Solid { plugin, preset: request.solid, level: request.level }
         }
         Substance::Sheet => {
-            let height = bounds.max.y - HELD_SHARE * (bounds.max.y - bounds.min.y);
-            let held = (0..).zip(&surface.points).filter(|(_, p)| p.y >= height).map(|(v, _)| v).collect();
-            DraftMaterial::Sheet { plugin: SHEET_PLUGIN.into(), fabric: request.fabric.clone(), held }
+            DraftMaterial::Sheet { plugin: SHEET_PLUGIN.into(), fabric: request.fabric.clone(), held: tops(&surface) }
         }
     };
     let dt = if taken_as == Substance::Solid { STEP } else { request.sheet_step };
@@ -289,6 +287,28 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         devices: Vec::new(),
     };
     Ok((text, facts))
+}
+
+/// Vertices at the top of each connected part of a sheet, by which it hangs: a part that nothing holds would drift away from a push.
+fn tops(surface: &Surface) -> Vec<u32> {
+    let shells = surface.shells();
+    let heights = |triangle: usize| surface.triangles[triangle].map(|v| surface.points[v as usize].y);
+    let mut extents: Vec<[f64; 2]> = Vec::new();
+    for (triangle, shell) in shells.iter().enumerate() {
+        let [a, b, c] = heights(triangle);
+        extents.resize(extents.len().max(*shell as usize + 1), [f64::INFINITY, f64::NEG_INFINITY]);
+        let [low, high] = &mut extents[*shell as usize];
+        (*low, *high) = (low.min(a).min(b).min(c), high.max(a).max(b).max(c));
+    }
+    let corners = surface.triangles.iter().zip(&shells).flat_map(|(triangle, shell)| triangle.map(|v| (v, *shell)));
+    let is_top = |(v, shell): &(u32, u32)| {
+        let [low, high] = extents[*shell as usize];
+        surface.points[*v as usize].y >= high - HELD_SHARE * (high - low)
+    };
+    let mut held: Vec<u32> = corners.filter(is_top).map(|(v, _)| v).collect();
+    held.sort_unstable();
+    held.dedup();
+    held
 }
 
 /// Fabrics that the material of sheets offers; none where it is not there.

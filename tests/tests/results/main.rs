@@ -14,3 +14,4 @@ mod scenes;
 mod terminal;
 mod trust;
 mod warnings;
+mod welding;
