@@ -1,5 +1,6 @@
 //! A model in pieces that lie together is with `weld = true` the model that it looks like: in its steps, in cuts and in files.
 
+use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::{Apart, Random, apart, document, models};
 use pliant_mesh::{ObjDocument, Surface};
 use pliant_tests::Bench;
@@ -24,19 +25,35 @@ struct Ran {
 /// Runs an edit of a model; the body has `settings`, the hand goes from `from` to `to` above where it meets the body, m.
 fn run(bench: &Bench, model: &str, settings: &str, edit: &str, [from, to]: [f64; 2]) -> Ran {
     bench.write("model.obj", model);
+    let frame = match settings.contains("sheet") {
+        true => "frame = { origin = [0.012, 0.003, 0.0] }".to_owned(),
+        false => {
+            let [x, y] = top(&document(model));
+            format!("frame = {{ body = \"body\", from = [{x}, {y}, 2.0], toward = [{x}, {y}, 0.5] }}")
+        }
+    };
     let path = format!("path = [[0.0, 0.0, 0.0, {from}], [0.03, 0.001, 0.0, {to}], [0.04, 0.001, 0.0, {to}]]");
     let scene = format!(
         "format = 1\ntime = {{ duration = 0.06 }}\n[[body]]\nname = \"body\"\nmesh = \"model.obj\"\nsize = \"100 mm\"\n{settings}\n\
          [[device]]\nname = \"hand\"\nplugin = \"scripted\"\n\
-         frame = {{ body = \"body\", from = [0.52, 0.47, 2.0], toward = [0.5, 0.5, 0.5] }}\nparams = {{ {path} }}\n\
+         {frame}\nparams = {{ {path} }}\n\
          [[tool]]\nname = \"tool\"\ndevice = \"hand\"\n{edit}\ntool = \"tool\"\n\
          [[probe]]\nname = \"parts\"\nquantity = \"parts\"\n"
     );
     bench.write("scene.toml", scene);
     bench.pliant(&["run", "scene.toml", "-q", "--threads", "1", "--out", "out"]).expect(0);
     let bytes = bench.read("out/final.obj");
-    let parts = bench.summary("out")["probes"]["parts"]["final"].as_f64().expect("a number");
+    let parts = bench.summary("out")["probes"][0]["value"].as_f64().expect("a number");
     Ran { written: ObjDocument::parse(bytes.clone(), Path::new("final.obj")).expect("a model"), bytes, parts }
+}
+
+/// Where the highest vertex of a model is in its box, along x and y, a little towards the middle.
+fn top(model: &ObjDocument) -> [f64; 2] {
+    let surface = Surface::from_document(model);
+    let (bounds, mut corners) = (surface.bounds(), surface.triangles.iter().flatten());
+    let first = corners.next().map_or(Vec3::zeros(), |v| surface.points[*v as usize]);
+    let highest = corners.map(|v| surface.points[*v as usize]).fold(first, |a, b| if b.z > a.z { b } else { a });
+    [0, 1].map(|axis| 0.01 + 0.98 * (highest[axis] - bounds.min[axis]) / (bounds.max[axis] - bounds.min[axis]))
 }
 
 /// Compares a model in pieces with the whole: every copy of a vertex is where the vertex is, bit by bit. `whole` has its vertices in the order of the first copies.
@@ -135,7 +152,9 @@ fn what_weld_may_be() {
     bench.write("model.obj", &pieces.text);
     let plan = |weld: &str| {
         let body = format!("[[body]]\nmesh = \"model.obj\"\nsize = \"40 mm\"\nweld = {weld}\n{SOLID}\n");
-        bench.write("scene.toml", format!("format = 1\n{body}"));
+        let hand = "[[device]]\nname = \"hand\"\nplugin = \"scripted\"\nparams = { path = [[0, 0, 0, 0.1]] }\n\
+                    [[tool]]\nname = \"tool\"\ndevice = \"hand\"\nradius = \"5 mm\"\n[[edit]]\nkind = \"touch\"\ntool = \"tool\"\n";
+        bench.write("scene.toml", format!("format = 1\n{body}{hand}"));
         bench.pliant(&["plan", "scene.toml", "--json"])
     };
     for (weld, welded, border) in [("true", 16, 0), ("\"1 um\"", 16, 0), ("false", 0, 24)] {
