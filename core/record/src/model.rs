@@ -180,6 +180,11 @@ impl<'a> ModelShape<'a> {
         let name = if cap_material.is_empty() { EXPOSED } else { cap_material };
         write!(out, "g {name}\nusemtl {name}\n")?;
         for corners in &triangles {
+            let [mut b, mut c] = [corners[1], corners[2]];
+            if self.document.is_mostly_turned_over() {
+                (b, c) = (c, b);
+            }
+            let corners = [corners[0], b, c];
             let [a, b, c] = corners.map(|vertex| row_of[vertex as usize] + 1);
             writeln!(out, "f {a} {b} {c}")?;
         }

@@ -142,5 +142,5 @@ fn a_model_in_pieces_is_joined_unless_told_otherwise() {
     wait(&mut harness, "the model in pieces", |app| app.is_open() && app.status().done == 0);
     harness.step();
     let count = ball.face_count();
-    harness.get_by_label(&strings::substance_reason(count, true));
+    harness.get_by_label(&strings::substance_reason(count, false));
 }

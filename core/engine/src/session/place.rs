@@ -79,7 +79,9 @@ pub(super) fn model(
         if let Some(mesh) = tetrahedra {
             return Ok(Model::of_tetrahedra(mesh, document, placement));
         }
-        let document = weld(scene, document, placement.scale);
+        let mut document = weld(scene, document, placement.scale);
+        let turned_over = document.faces_turned_over(&Surface::from_document(&document));
+        document.turn_over(&turned_over);
         let (document, subdivision) = subdivide(&check, document, placement.scale, smallest)?;
         let mut model = Model::new(document, placement);
         model.subdivision = subdivision;

@@ -8,6 +8,7 @@ mod error;
 mod names;
 mod normals;
 mod number;
+mod orient;
 mod parse;
 mod part;
 mod patch;
@@ -35,6 +36,8 @@ pub struct ObjDocument {
     parsed: Parsed,
     /// Vertices that faces no longer mean, each with the one in its place.
     welds: Vec<[u32; 2]>,
+    /// Faces whose corners run the other way round than in the file, ascending.
+    turned_over: Vec<u32>,
 }
 
 /// One corner of a face: indices from 0 into the document's positions, texture coordinates and normals.
@@ -119,7 +122,7 @@ impl ObjDocument {
     /// documents without vertices or faces, and NUL bytes.
     pub fn parse(bytes: Vec<u8>, name: &Path) -> Result<Self, ObjError> {
         match parse::parse(&bytes) {
-            Ok(parsed) => Ok(Self { name: name.into(), bytes, parsed, welds: Vec::new() }),
+            Ok(parsed) => Ok(Self { name: name.into(), bytes, parsed, welds: Vec::new(), turned_over: Vec::new() }),
             Err((line, problem)) => Err(ObjError::Line { file: name.into(), line, problem }),
         }
     }

@@ -55,6 +55,7 @@ impl ObjDocument {
         if patch.faces.is_empty() && patch.added.is_empty() {
             return self.write(positions, normals, out);
         }
+        let patch = &*self.patch_of_file(patch);
         if let Some(at) = patch.positions.iter().position(|row| !row.iter().all(|value| value.is_finite())) {
             let index = positions.len() + at + 1;
             return Err(WriteError::NotFinite { entity: "v", index, value: patch.positions[at].into() });

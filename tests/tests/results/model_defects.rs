@@ -1,4 +1,4 @@
-//! A model in pieces that lie together is with `weld = true` the model that it looks like: in its steps, in cuts and in files.
+//! A model in pieces that lie together is with `weld = true` the model that it looks like, and one with faces turned over always: in its steps, in cuts and in files.
 
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::{Apart, Random, apart, document, models};
@@ -119,6 +119,54 @@ fn a_sheet_in_pieces_is_pulled_as_a_whole() {
         let whole = pliant_mesh::generate::grid(cells, [0.1, 0.08], pattern).expect("a sheet");
         let pieces = apart(&whole, |face| face * (seed + 1) / 30);
         compare(&format!("sheet {seed}"), &bench, &whole, &pieces, SHEET, PULL, [0.001, 0.02]);
+    }
+}
+
+/// A document with some faces turned over.
+fn turned(whole: &ObjDocument, is_turned: impl Fn(usize) -> bool) -> String {
+    let text = String::from_utf8(whole.bytes().to_vec()).expect("text");
+    let mut face = 0;
+    let line = |line: &str| {
+        if !line.starts_with("f ") {
+            return line.to_owned();
+        }
+        face += 1;
+        let mut corners: Vec<&str> = line[2..].split_whitespace().collect();
+        if is_turned(face - 1) {
+            corners[1..].reverse();
+        }
+        format!("f {}", corners.join(" "))
+    };
+    text.lines().map(line).collect::<Vec<_>>().join("\n") + "\n"
+}
+
+#[test]
+fn a_solid_with_faces_turned_over_is_pressed_and_cut_as_it_looks() {
+    for (round, (name, whole, _)) in solids().into_iter().enumerate() {
+        let bench = Bench::new();
+        let whole = apart(&whole, |_| 0).text;
+        let random = std::cell::RefCell::new(Random(round as u64));
+        let inside_out = turned(&document(&whole), |_| true);
+        let mixed = turned(&document(&whole), |_| random.borrow_mut().below(3) == 0);
+        for (edit, way) in [(TOUCH, [0.01, -0.006]), (CUT, [0.02, -0.2])] {
+            let expected = run(&bench, &whole, SOLID, edit, way);
+            for (what, text) in [("inside out", &inside_out), ("mixed", &mixed)] {
+                let found = run(&bench, text, SOLID, edit, way);
+                assert_eq!(found.parts, expected.parts, "{name} {what}");
+                assert_eq!(found.written.positions(), expected.written.positions(), "{name} {what}");
+                // What is written is the same model, turned over as its file was.
+                let mut back = found.written.clone();
+                back.turn_over(&back.faces_turned_over(&Surface::from_document(&back)));
+                let [now, then] = [&back, &expected.written].map(|of| Surface::from_document(of).volume());
+                assert!((now - then).abs() <= 1e-9 * then.abs(), "{name} {what}: {now}, as it looks {then}");
+                let as_written = Surface::from_document(&found.written).volume();
+                assert!(what != "inside out" || (as_written + then).abs() <= 1e-9 * then.abs(), "{name}: {as_written}");
+                let model = document(text);
+                let kept =
+                    found.written.faces().filter(|face| model.faces().any(|own| own.corners == face.corners)).count();
+                assert!(2 * kept > model.face_count() || edit == CUT, "{name} {what}: {kept} faces are as in the file");
+            }
+        }
     }
 }
 
