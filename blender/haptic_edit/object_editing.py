@@ -19,6 +19,11 @@ from .panel_settings import settings_of
 FRAMES_TAKEN = 600
 # Way of a vertex over the size of the mesh that is not seen: the rest of a motion that has been felt.
 FELT_SHARE = 1e-3
+# What mends the cause of a warning in Blender, where the engine's own words name keys of a scene.
+REMEDIES = {
+    "coincident-borders": "vertices on borders lie exactly where others do and are not joined to them, so the mesh is in pieces there; "
+    "in Edit Mode, Mesh > Merge > By Distance joins them",
+}
 
 
 class Editing:
@@ -99,7 +104,9 @@ class Editing:
             self.close()
         self._edit, self._replaced = MeshEdit(mesh, settings, obstacles, self.allowed), before
         handover.watch(self)
-        self._warnings += [f"[{warning.code}] {warning.args[0]}" for warning in self._edit.warnings()]
+        self._warnings += [
+            f"[{warning.code}] {REMEDIES.get(warning.code, warning.args[0])}" for warning in self._edit.warnings()
+        ]
         self._settings, self._inverse = settings, inverse
         self._stroke_pins = np.empty(0, dtype=np.int64)
         self._seen = self._edit.surface()

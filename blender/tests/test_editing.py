@@ -2,6 +2,7 @@
 
 import time
 
+import bmesh
 import bpy
 import numpy as np
 import pytest
@@ -303,6 +304,24 @@ def test_cloth_stretches_less_where_its_group_is_stiff(empty):
         stretch[factor] = np.linalg.norm(coordinates(obj) - before, axis=1).max()
         editing.close()
     assert stretch[0.1] > stretch[1.0] > stretch[10.0] > 0, stretch
+
+
+def test_a_mesh_in_pieces_is_reported_with_what_joins_them(empty):
+    obj = add_grid_cube(cuts=3)
+    editing = empty.mode.Editing(obj)
+    editing.prepare()
+    assert editing.take_warnings() == []
+    editing.close()
+    mesh = bmesh.new()
+    mesh.from_mesh(obj.data)
+    bmesh.ops.split_edges(mesh, edges=mesh.edges)
+    mesh.to_mesh(obj.data)
+    mesh.free()
+    editing = empty.mode.Editing(obj)
+    editing.prepare()
+    texts = editing.take_warnings()
+    assert any("[coincident-borders]" in text and "Merge > By Distance" in text for text in texts), texts
+    editing.close()
 
 
 def test_groups_without_an_effect_are_reported_once(empty):

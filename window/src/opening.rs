@@ -36,6 +36,8 @@ pub struct OpenRequest {
     pub substance: Option<Substance>,
     /// Whether large faces of a model are divided until a touch shows.
     pub subdivide: bool,
+    /// Whether vertices of borders that lie at one place become one; `None`: unless the file says that they are cuts.
+    pub weld: Option<bool>,
     /// What a solid is made of.
     pub solid: SolidPreset,
     /// Plugin of a solid's material.
@@ -75,7 +77,7 @@ pub enum Remedy {
     /// Twice the step of a sheet, whose implicit solver takes longer steps: s.
     LongerStep(f64),
 }
-/// Share of the height of a sheet from the top whose vertices are held: it hangs.
+/// Share of the height of a part of a sheet from the top whose vertices are held: it hangs.
 const HELD_SHARE: f64 = 0.02;
 
 impl OpenRequest {
@@ -100,6 +102,7 @@ impl OpenRequest {
             unit: None,
             substance: None,
             subdivide: false,
+            weld: None,
             solid: SOLIDS[DEFAULT_SOLID],
             solid_plugin: "mass-spring".into(),
             fabric: DEFAULT_FABRIC.into(),
@@ -163,6 +166,10 @@ pub struct ModelFacts {
     pub taken_as: Option<Substance>,
     /// Unit of the model; `None` for a scene.
     pub unit: Option<LengthUnit>,
+    /// Number of vertices of a model that lie on borders, where others do; 0 for a scene.
+    pub coincident_vertices: usize,
+    /// Whether these are joined to the others.
+    pub is_welded: bool,
     /// Name of the material of faces that a cut makes.
     pub cap_material: String,
     /// Fabrics that a sheet may be made of.
@@ -226,18 +233,26 @@ pub fn open(request: &OpenRequest) -> Result<Opened, String> {
 fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     let file = request.shape.as_ref().unwrap_or(&request.path);
     let is_tetrahedral = TetMesh::is_name(&file.to_string_lossy());
-    let document = match is_tetrahedral {
+    let mut document = match is_tetrahedral {
         true => TetMesh::read(file).and_then(|mesh| mesh.surface()).map_err(|error| error.to_string())?,
         false => ObjDocument::read(file).map_err(|error| error.to_string())?,
     };
-    let surface = Surface::from_document(&document);
+    let mut surface = Surface::from_document(&document);
+    let mut seen = SubstanceChoice::of(&surface);
+    let is_whole = is_tetrahedral || seen.openings == 0;
+    let coincident = if is_whole { Vec::new() } else { document.coincident_borders(&surface, 0.0) };
+    let weld = request.weld.unwrap_or(!document.has_cut_borders()) && !coincident.is_empty();
+    if weld {
+        document.weld(&coincident);
+        surface = Surface::from_document(&document);
+        seen = SubstanceChoice::of(&surface);
+    }
     let bounds = surface.bounds();
     let extent = bounds.longest_edge();
     if !(extent > 0.0 && extent.is_finite()) {
         return Err(strings::one_point(file));
     }
     let unit = request.unit.unwrap_or_else(|| LengthUnit::guess(extent));
-    let seen = SubstanceChoice::of(&surface);
     // A tetrahedral mesh is a solid, whatever its surface is like.
     let taken_as = if is_tetrahedral { Substance::Solid } else { request.substance.unwrap_or(seen.substance) };
     let material = match taken_as {
@@ -247,15 +262,14 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
             DraftMaterial::Solid { plugin, preset: request.solid, level: request.level }
         }
         Substance::Sheet => {
-            let height = bounds.max.y - HELD_SHARE * (bounds.max.y - bounds.min.y);
-            let held = (0..).zip(&surface.points).filter(|(_, p)| p.y >= height).map(|(v, _)| v).collect();
-            DraftMaterial::Sheet { plugin: SHEET_PLUGIN.into(), fabric: request.fabric.clone(), held }
+            DraftMaterial::Sheet { plugin: SHEET_PLUGIN.into(), fabric: request.fabric.clone(), held: tops(&surface) }
         }
     };
     let dt = if taken_as == Substance::Solid { STEP } else { request.sheet_step };
     let mesh = std::path::absolute(file).unwrap_or_else(|_| file.clone());
     let (subdivide, scale) = (request.subdivide, unit.metres());
-    let draft = Draft { mesh, scale, size: extent * scale, subdivide, material, dt };
+    let is_welded = (!coincident.is_empty()).then_some(weld);
+    let draft = Draft { mesh, scale, size: extent * scale, subdivide, weld: is_welded, material, dt };
     let folder = std::path::absolute(&request.path).unwrap_or_else(|_| request.path.clone());
     let text = draft.to_toml(folder.parent().unwrap_or(Path::new("/")));
     let facts = ModelFacts {
@@ -264,6 +278,8 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         is_tetrahedral,
         taken_as: Some(taken_as),
         unit: Some(unit),
+        coincident_vertices: coincident.len(),
+        is_welded: weld,
         cap_material: String::new(),
         fabrics: fabrics_of(&request.search()?),
         painted: draft.painted().to_vec(),
@@ -271,6 +287,28 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         devices: Vec::new(),
     };
     Ok((text, facts))
+}
+
+/// Vertices at the top of each connected part of a sheet, by which it hangs: a part that nothing holds would drift away from a push.
+fn tops(surface: &Surface) -> Vec<u32> {
+    let shells = surface.shells();
+    let heights = |triangle: usize| surface.triangles[triangle].map(|v| surface.points[v as usize].y);
+    let mut extents: Vec<[f64; 2]> = Vec::new();
+    for (triangle, shell) in shells.iter().enumerate() {
+        let [a, b, c] = heights(triangle);
+        extents.resize(extents.len().max(*shell as usize + 1), [f64::INFINITY, f64::NEG_INFINITY]);
+        let [low, high] = &mut extents[*shell as usize];
+        (*low, *high) = (low.min(a).min(b).min(c), high.max(a).max(b).max(c));
+    }
+    let corners = surface.triangles.iter().zip(&shells).flat_map(|(triangle, shell)| triangle.map(|v| (v, *shell)));
+    let is_top = |(v, shell): &(u32, u32)| {
+        let [low, high] = extents[*shell as usize];
+        surface.points[*v as usize].y >= high - HELD_SHARE * (high - low)
+    };
+    let mut held: Vec<u32> = corners.filter(is_top).map(|(v, _)| v).collect();
+    held.sort_unstable();
+    held.dedup();
+    held
 }
 
 /// Fabrics that the material of sheets offers; none where it is not there.
@@ -334,7 +372,7 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         DraftMaterial::Solid { plugin: request.solid_plugin.clone(), preset, level: request.level }
     };
     let dt = scene.time.dt.get_ref().si;
-    let draft = Draft { mesh: PathBuf::new(), scale: 1.0, size, subdivide: false, material, dt };
+    let draft = Draft { mesh: PathBuf::new(), scale: 1.0, size, subdivide: false, weld: None, material, dt };
     let hand = draft.hand();
     // What the material of any body lets vary.
     let varies = |param: &&str| session.bodies.iter().any(|body| body.params.iter().any(|key| key == param));
@@ -351,6 +389,8 @@ fn scene_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
         is_tetrahedral: false,
         taken_as: None,
         unit: None,
+        coincident_vertices: 0,
+        is_welded: false,
         cap_material: String::new(),
         fabrics: Vec::new(),
         painted,

@@ -235,6 +235,16 @@ pub const FABRIC: &str = "Fabric";
 pub const LEVEL: &str = "Grid level";
 /// Whether large faces are divided.
 pub const SUBDIVIDE: &str = "Divide large faces";
+/// Joins vertices of borders that lie at one place.
+pub const WELD: &str = "Join borders that lie together";
+/// See [`WELD`].
+pub const WELD_HINT: &str = "Programs write a vertex twice where patches or texture charts end; such a model falls apart when it is touched. The lines of the saved file stay as they are.";
+
+/// How many vertices lie where others do.
+pub fn welded_vertices(count: usize) -> String {
+    format!("{count} vertices")
+}
+
 /// See [`SUBDIVIDE`].
 pub const SUBDIVIDE_HINT: &str =
     "Divides every face into four, as often as it takes for a dent to show. The saved model has the divided faces.";

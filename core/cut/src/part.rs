@@ -38,7 +38,11 @@ impl CutMesh {
             let chosen = Chosen { number, has_failed: &has_failed, is_divided: &is_divided };
             let mut bytes = Vec::new();
             self.write_chosen(&chosen, document, &self.surface.points, material, &mut bytes)?;
-            let document = ObjDocument::parse(bytes, document.name())?;
+            let welds = document.welds();
+            let mut document = ObjDocument::parse(bytes, document.name())?;
+            document.weld(welds);
+            let turned = self.turned_faces(&Surface::from_document(&document), owned_triangles());
+            document.turn_over(&turned);
             let read = Surface::from_document(&document);
             let mut known: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
             owned_triangles().for_each(|t| known.entry(self.surface.triangles[t as usize]).or_default().push(t));
@@ -58,6 +62,22 @@ impl CutMesh {
             }
             divided.extend(faces);
         }
+    }
+}
+
+impl CutMesh {
+    /// Faces, ascending, whose triangles run the other way round in `read`, the surface of a file, than the triangles `owned` of this mesh.
+    fn turned_faces(&self, read: &Surface, owned: impl Iterator<Item = u32>) -> Vec<u32> {
+        let ahead = |corners: [u32; 3]| {
+            let first = (0..3).min_by_key(|corner| corners[*corner]).unwrap_or(0);
+            [0, 1, 2].map(|step| corners[(first + step) % 3])
+        };
+        let known: BTreeSet<[u32; 3]> = owned.map(|t| ahead(self.surface.triangles[t as usize])).collect();
+        let is_turned = |&[a, b, c]: &[u32; 3]| !known.contains(&ahead([a, b, c])) && known.contains(&ahead([a, c, b]));
+        let mut faces: Vec<u32> =
+            read.triangles.iter().zip(&read.face_of).filter(|(t, _)| is_turned(t)).map(|(_, face)| *face).collect();
+        faces.dedup();
+        faces
     }
 }
 

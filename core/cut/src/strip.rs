@@ -7,29 +7,31 @@ use super::blade::Blade;
 use super::mesh::CutMesh;
 use pliant_mesh::geometry::Vec3;
 
-/// Share of the way to the place about which a blade turns at which the strip ends: at the place itself it has no width.
-const TO_PIVOT: f64 = 0.9;
+/// Shares of the way to the place about which a blade turns at which a strip may end; the first is taken beyond which nothing is. The nearer to that place the
+/// narrower the strip is, and the farther its two triangles are turned from each other if the blade leaves its plane.
+const TO_PIVOT: [f64; 5] = [0.5, 0.6, 0.7, 0.8, 0.9];
 
 impl CutMesh {
     /// The parts of two blades between which a strip is swept: all of them, or without what goes back if that is outside of the mesh.
     pub(super) fn swept_parts(&self, from: Blade, to: Blade) -> [Blade; 2] {
         let all = [from, to];
         let Some(pivot) = pivot(&from, &to) else { return all };
-        let (low, high) = (TO_PIVOT * pivot, 1.0 - TO_PIVOT * (1.0 - pivot));
-        let is_free = |part: [f64; 2]| all.iter().all(|blade| self.is_outside(&blade.part(part)));
-        let kept = if is_free([low, 1.0]) {
-            [0.0, low]
-        } else if is_free([0.0, high]) {
-            [high, 1.0]
-        } else {
-            return all;
-        };
-        all.map(|blade| blade.part(kept))
+        let is_free = |part: [f64; 2]| self.is_outside(all.map(|blade| blade.part(part)));
+        let kept = TO_PIVOT.iter().find_map(|share| {
+            let (low, high) = (share * pivot, 1.0 - share * (1.0 - pivot));
+            let is_tip_kept = is_free([low, 1.0]).then_some([0.0, low]);
+            is_tip_kept.or_else(|| is_free([0.0, high]).then_some([high, 1.0]))
+        });
+        kept.map_or(all, |kept| all.map(|blade| blade.part(kept)))
     }
 
-    /// Whether a blade is in no part of the mesh.
-    fn is_outside(&self, blade: &Blade) -> bool {
-        !self.is_crossed(blade.tip, blade.heel) && !self.encloses(blade.tip)
+    /// Whether nothing of the mesh is at a strip between two blades.
+    fn is_outside(&self, [from, to]: [Blade; 2]) -> bool {
+        let mut is_free = !self.encloses(from.tip);
+        for corners in [[from.tip, from.heel, to.heel], [from.tip, to.heel, to.tip]] {
+            self.tree.near_facet(corners, 0.0, |_| is_free = false);
+        }
+        is_free
     }
 }
 

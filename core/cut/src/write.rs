@@ -7,7 +7,7 @@ use std::iter::zip;
 use super::mesh::CutMesh;
 use super::record::NONE;
 use pliant_mesh::geometry::Vec3;
-use pliant_mesh::obj::{Patch, ShadedCorner, TurnedNormals, WriteError};
+use pliant_mesh::obj::{CUT_BORDERS, Patch, ShadedCorner, TurnedNormals, WriteError};
 use pliant_mesh::{ObjDocument, Surface};
 
 /// Group and material of cut surfaces, unless a name is given.
@@ -32,7 +32,8 @@ impl CutMesh {
     /// [`CutMesh::surface`]. Normals rotate with the triangles that refer to them; a row whose corners rotate differently is duplicated.
     ///
     /// A mesh without cuts and displacements is written back byte for byte. Uncut faces keep their lines; cut faces become triangles with the
-    /// same group, object, material and smoothing; cut surfaces get a group and a material of the name `material`.
+    /// same group, object, material and smoothing; cut surfaces get a group and a material of the name `material`. Where a surface without an inside was cut the
+    /// comment [`CUT_BORDERS`] comes last.
     ///
     /// # Errors
     /// Those of [`ObjDocument::write`].
@@ -80,7 +81,13 @@ impl CutMesh {
                 .collect(),
             name: material,
         };
-        document.write_patched(&own, Some(own_normals), &patch, out)
+        let has_slits = self.depth() > 0 && self.open_triangles() > 0 && !document.has_cut_borders();
+        document.write_patched(&own, Some(own_normals), &patch, out)?;
+        if has_slits {
+            let ends_a_line = document.bytes().ends_with(b"\n");
+            writeln!(out, "{}{CUT_BORDERS}", if ends_a_line { "" } else { "\n" })?;
+        }
+        Ok(())
     }
 
     /// Row of each vertex (n) in the file that [`CutMesh::write`] writes; `u32::MAX` for vertices that belong to lids alone, which have none.

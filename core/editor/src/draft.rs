@@ -44,6 +44,8 @@ pub struct Draft {
     pub size: f64,
     /// Whether large faces are divided until a touch shows.
     pub subdivide: bool,
+    /// Whether vertices of borders that lie at one place become one; `None` leaves it to the default of a scene.
+    pub weld: Option<bool>,
     /// Material of the body.
     pub material: DraftMaterial,
     /// Size of a step of simulated time, s.
@@ -159,6 +161,9 @@ impl Draft {
         if self.subdivide && !self.is_tetrahedral() {
             body["subdivide"] = value("auto");
         }
+        if let Some(weld) = self.weld.filter(|_| !self.is_tetrahedral()) {
+            body["weld"] = value(weld);
+        }
         let mut material = InlineTable::new();
         let mut params = InlineTable::new();
         match &self.material {
@@ -210,7 +215,15 @@ mod tests {
     use pliant_engine::scene;
 
     fn draft(material: DraftMaterial) -> Draft {
-        Draft { mesh: "/models/a \"b\".obj".into(), scale: 0.01, size: 0.1, subdivide: false, material, dt: 1e-3 }
+        Draft {
+            mesh: "/models/a \"b\".obj".into(),
+            scale: 0.01,
+            size: 0.1,
+            subdivide: false,
+            weld: None,
+            material,
+            dt: 1e-3,
+        }
     }
 
     #[test]

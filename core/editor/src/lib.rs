@@ -20,6 +20,7 @@
 //!     scale: 0.001,
 //!     size: 0.1,
 //!     subdivide: false,
+//!     weld: None,
 //!     material: DraftMaterial::Solid { plugin: "neo-hookean".into(), preset, level: 5 },
 //!     dt: 1e-3,
 //! };

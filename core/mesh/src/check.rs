@@ -124,7 +124,8 @@ pub fn require_for_mesh_elements(findings: &[Finding]) -> Result<(), MeshError> 
 
 const SMALL_AREA: f64 = 1e-9; // of the longest edge squared
 const SMALL_EDGE: f64 = 1e-12; // of the longest edge of the box
-const FOLDED: f64 = -0.999_847_695; // cosine of 179 degrees
+/// Cosine of the angle between the normals of triangles folded onto each other, 179 degrees.
+pub(crate) const FOLDED: f64 = -0.999_847_695;
 
 struct Report<'a> {
     surface: &'a Surface,
@@ -200,6 +201,7 @@ impl Report<'_> {
     fn unused(&mut self) {
         let mut used = vec![false; self.surface.points.len()];
         self.surface.triangles.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
+        self.document.welds().iter().for_each(|[vertex, _]| used[*vertex as usize] = true);
         for (index, _) in used.iter().enumerate().filter(|(_, used)| !**used) {
             self.add(Kind::UnusedVertex, |report| Place::Vertex {
                 number: index + 1,

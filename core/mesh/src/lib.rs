@@ -39,6 +39,7 @@
 #![deny(clippy::wildcard_enum_match_arm)]
 
 pub mod check;
+mod disjoint_sets;
 pub mod edges;
 mod error;
 pub mod generate;
@@ -56,6 +57,7 @@ pub mod tetrahedra;
 mod triangulate;
 
 pub use check::{Finding, check, require_for_mesh_elements};
+pub use disjoint_sets::DisjointSets;
 pub use edges::{EdgeTable, Side};
 pub use error::MeshError;
 pub use grey_image::{GreyImage, ImageError, ImageProblem};

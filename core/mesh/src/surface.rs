@@ -1,6 +1,7 @@
 //! Triangle surfaces with shared vertices: points, triangles, bounds and edges.
 
-use super::edges::EdgeTable;
+use super::disjoint_sets::DisjointSets;
+use super::edges::{EdgeTable, Side};
 use super::triangulate::{split_otherwise, triangulate};
 use super::{ObjDocument, Placement};
 use crate::geometry::Vec3;
@@ -117,24 +118,18 @@ impl Surface {
     /// # Panics
     /// If a pair has a vertex that is not there.
     pub fn joined_shells(&self, joined: &[[u32; 2]], has_failed: impl Fn(u32) -> bool) -> Vec<u32> {
-        let mut parent: Vec<u32> = (0..self.points.len() as u32).collect();
+        let mut connected = DisjointSets::new(self.points.len());
         for (&[a, b, c], triangle) in self.triangles.iter().zip(0..) {
-            for other in [b, c].into_iter().filter(|_| !has_failed(triangle)) {
-                let (a, b) = (root(&mut parent, a), root(&mut parent, other));
-                parent[a.max(b) as usize] = a.min(b);
-            }
+            [b, c].into_iter().filter(|_| !has_failed(triangle)).for_each(|other| connected.unite(a, other));
         }
-        for &[a, b] in joined {
-            let (a, b) = (root(&mut parent, a), root(&mut parent, b));
-            parent[a.max(b) as usize] = a.min(b);
-        }
+        joined.iter().for_each(|[a, b]| connected.unite(*a, *b));
         let mut number = vec![NO_SHELL; self.points.len()];
         let mut count = 0;
         let shell_of = |(corners, triangle): (&[u32; 3], u32)| {
             if has_failed(triangle) {
                 return NO_SHELL;
             }
-            let shell = &mut number[root(&mut parent, corners[0]) as usize];
+            let shell = &mut number[connected.find(corners[0]) as usize];
             if *shell == NO_SHELL {
                 *shell = count;
                 count += 1;
@@ -174,6 +169,12 @@ impl Surface {
         }
     }
 
+    /// First and last vertex of a side of a triangle.
+    pub(super) fn ends(&self, side: Side) -> [u32; 2] {
+        let triangle = self.triangles[side.triangle as usize];
+        [0, 1].map(|step| triangle[(side.corner as usize + step) % 3])
+    }
+
     pub(super) fn point(&self, vertex: u32) -> Vec3 {
         self.points[vertex as usize]
     }
@@ -183,16 +184,6 @@ impl Surface {
         let [a, b, c] = triangle.map(|vertex| self.point(vertex));
         (b - a).cross(&(c - a))
     }
-}
-
-/// Root of a vertex in a union-find forest, with path halving.
-fn root(parent: &mut [u32], mut vertex: u32) -> u32 {
-    while parent[vertex as usize] != vertex {
-        let above = parent[parent[vertex as usize] as usize];
-        parent[vertex as usize] = above;
-        vertex = above;
-    }
-    vertex
 }
 
 #[cfg(test)]

@@ -180,6 +180,11 @@ impl<'a> ModelShape<'a> {
         let name = if cap_material.is_empty() { EXPOSED } else { cap_material };
         write!(out, "g {name}\nusemtl {name}\n")?;
         for corners in &triangles {
+            let [mut b, mut c] = [corners[1], corners[2]];
+            if self.document.is_mostly_turned_over() {
+                (b, c) = (c, b);
+            }
+            let corners = [corners[0], b, c];
             let [a, b, c] = corners.map(|vertex| row_of[vertex as usize] + 1);
             writeln!(out, "f {a} {b} {c}")?;
         }
@@ -190,7 +195,9 @@ impl<'a> ModelShape<'a> {
     fn without_failed(&self, cap_material: &str) -> io::Result<ObjDocument> {
         let mut bytes = Vec::new();
         self.write_whole(cap_material, &mut bytes)?;
-        ObjDocument::parse(bytes, Path::new("model.obj")).map_err(io::Error::other)
+        let mut document = ObjDocument::parse(bytes, Path::new("model.obj")).map_err(io::Error::other)?;
+        document.weld(self.document.welds());
+        Ok(document)
     }
 
     /// Whether all triangles of the file, or of the cut mesh, have failed, and no piece of one is left.

@@ -106,6 +106,9 @@ pub struct BodySummary {
     pub cells: Option<u64>,
     /// Number of edges with a single triangle; 0 for a closed model.
     pub border_edges: usize,
+    /// Number of vertices of borders that `weld` has joined to others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub welded_vertices: Option<usize>,
     /// Why the body was frozen, if it was.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frozen: Option<String>,
@@ -235,6 +238,7 @@ pub fn summarize_bodies(session: &Session) -> Vec<BodySummary> {
         edge: body.discretization.edge(),
         cells: grid(body).map(|lattice| lattice.facts.surface_cells + lattice.facts.inside_cells),
         border_edges: border_edges(body),
+        welded_vertices: Some(body.model.document.welds().len()).filter(|count| *count > 0),
         frozen: body.frozen.clone(),
     };
     session.bodies.iter().map(summary).collect()

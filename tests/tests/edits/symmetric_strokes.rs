@@ -111,8 +111,15 @@ impl Edited {
             (symmetric_solid(random, is_divided), DraftMaterial::Solid { plugin: plugin.into(), preset, level }, 1e-3)
         };
         bench.write("model.obj", text);
-        let draft =
-            Draft { mesh: bench.path("model.obj"), scale: 1.0, size: 2.0 * HALF, subdivide: false, material, dt };
+        let draft = Draft {
+            mesh: bench.path("model.obj"),
+            scale: 1.0,
+            size: 2.0 * HALF,
+            subdivide: false,
+            weld: None,
+            material,
+            dt,
+        };
         let mut session = open_drafted(&bench.write("scene.toml", draft.to_toml(&bench.path(""))));
         session.keep_history();
         Self { session, draft, _bench: bench }

@@ -7,6 +7,7 @@ mod cli;
 mod cli_models;
 mod cloth_files;
 mod file_faults;
+mod model_defects;
 mod plan_json;
 mod results;
 mod run_paths;

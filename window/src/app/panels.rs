@@ -234,6 +234,15 @@ impl App {
             ui.weak(strings::substance_reason(seen.openings, seen.substance == Substance::Sheet));
             ui.checkbox(&mut request.subdivide, strings::SUBDIVIDE).on_hover_text(strings::SUBDIVIDE_HINT);
         }
+        if facts.coincident_vertices > 0 {
+            let mut weld = request.weld.unwrap_or(facts.is_welded);
+            ui.horizontal_wrapped(|ui| {
+                if ui.checkbox(&mut weld, strings::WELD).on_hover_text(strings::WELD_HINT).changed() {
+                    request.weld = Some(weld);
+                }
+                ui.weak(strings::welded_vertices(facts.coincident_vertices));
+            });
+        }
         match substance {
             Substance::Solid => solid_controls(ui, request, !facts.is_tetrahedral),
             Substance::Sheet => {

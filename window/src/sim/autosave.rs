@@ -61,6 +61,8 @@ struct Note {
 struct NotedMaterial {
     substance: Option<Substance>,
     subdivide: bool,
+    #[serde(default)]
+    weld: Option<bool>,
     /// Name of the preset, and the numbers that may differ from it: Pa, kg/m^3 and s.
     preset: String,
     young: f64,
@@ -77,6 +79,7 @@ impl NotedMaterial {
         Self {
             substance: request.substance,
             subdivide: request.subdivide,
+            weld: request.weld,
             preset: name.to_owned(),
             young,
             density,
@@ -94,6 +97,7 @@ impl NotedMaterial {
             request.solid = SolidPreset { young, density, damping_time, ..*preset };
         }
         (request.substance, request.subdivide, request.level) = (self.substance, self.subdivide, self.level);
+        request.weld = self.weld;
         (request.solid_plugin, request.fabric) = (self.plugin.clone(), self.fabric.clone());
     }
 }

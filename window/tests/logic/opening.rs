@@ -5,6 +5,7 @@ use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use pliant_mesh::generate;
 use pliant_window::app::App;
+use pliant_window::strings;
 
 #[test]
 fn a_model_is_opened_pressed_undone_redone_saved_and_opened_again() {
@@ -95,4 +96,51 @@ fn a_unit_that_is_unsure_is_asked_for_once() {
     assert!((seen.distance / camera.distance - 25.4e-3).abs() < 1e-9, "it is as large in the picture as before");
     assert!((seen.target - 25.4e-3 * camera.target.coords).coords.norm() < 1e-9 * camera.distance);
     assert!(!harness.state().asks_unit(), "it is asked for once");
+}
+
+/// A closed model whose file has a vertex for each corner is filled, keeps its lines and may be taken apart.
+#[test]
+fn a_model_in_pieces_is_joined_unless_told_otherwise() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pieces.obj");
+    let ball = generate::sphere(12, 0.1).unwrap();
+    let (mut rows, mut faces, mut next) = (String::new(), String::new(), 1);
+    for face in ball.faces() {
+        faces += "f";
+        for corner in face.corners {
+            let [x, y, z]: [f64; 3] = ball.positions()[corner.v as usize].into();
+            rows += &format!("v {x:?} {y:?} {z:?}\n");
+            faces += &format!(" {next}");
+            next += 1;
+        }
+        faces += "\n";
+    }
+    let original = rows + &faces;
+    std::fs::write(&path, &original).unwrap();
+    let mut harness = window(&path);
+    wait(&mut harness, "the model", App::is_open);
+    harness.step();
+    harness.get_by_label(&strings::substance_reason(0, false));
+    stroke(&mut harness, MIDDLE);
+    wait(&mut harness, "a stroke", |app| app.status().done == 1);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    wait(&mut harness, "saving", |app| !app.is_unsaved());
+    let saved = std::fs::read_to_string(&path).unwrap();
+    let kinds = |text: &str| text.lines().map(|line| line.split(' ').next().unwrap().to_owned()).collect::<Vec<_>>();
+    assert_eq!(kinds(&saved), kinds(&original), "no line is added");
+    assert!(saved != original && saved.ends_with(&faces), "faces name the vertices that they named");
+    let places = |text: &str| {
+        let mut rows: Vec<String> = text.lines().filter(|line| line.starts_with("v ")).map(str::to_owned).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        rows.len()
+    };
+    assert_eq!(places(&saved), places(&original), "pieces still lie together");
+    harness.get_by_label(strings::WELD).click();
+    harness.step();
+    harness.get_by_label(strings::APPLY).click();
+    wait(&mut harness, "the model in pieces", |app| app.is_open() && app.status().done == 0);
+    harness.step();
+    let count = ball.face_count();
+    harness.get_by_label(&strings::substance_reason(count, false));
 }

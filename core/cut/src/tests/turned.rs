@@ -48,3 +48,46 @@ fn a_fan_of_blades_cuts_its_plane_and_no_more() {
     println!("{fans} fans, {parted} of them with no strip refused; {refused} strips refused");
     assert!(fans >= 50 && 2 * parted > fans, "{fans}, {parted}");
 }
+
+/// A fan that leaves its plane by up to 4 degrees, as one of a hand that turns freely. Where no strip is refused the body is in parts; so it is in most of the fans.
+#[test]
+fn a_fan_that_bends_is_cut_without_bridges() {
+    let (mut strips, mut refused, mut clean, mut joined) = (0, 0, 0, Vec::new());
+    for number in 0..60 {
+        let random = &mut Random(number);
+        let document = body(random);
+        let bounds = Surface::from_document(&document).bounds();
+        let (size, middle) = (bounds.longest_edge(), bounds.centre());
+        let back = random.direction();
+        let way = back.cross(&random.direction()).normalize();
+        let aside = back.cross(&way);
+        let distance = (1.5 + 1.5 * random.unit()) * size;
+        // Tangent of the angle by which the middle of the fan is bent: up to 4 degrees.
+        let bend = 0.07 * random.signed();
+        let pointing = |share: f64| {
+            let along = 2.0 * share - 1.0;
+            let tip = middle - size * back + 2.0 * along * size * way;
+            let to_eye = (middle + distance * back - tip).normalize();
+            blade(tip, tip + (distance + 3.0 * size) * (to_eye + bend * (1.0 - along * along) * aside).normalize())
+        };
+        let mut mesh = cut_mesh(&document);
+        let mut stroke = Stroke::begin(pointing(0.0)).unwrap();
+        let (steps, before) = (80 + random.below(80), refused);
+        for step in 1..=steps {
+            strips += 1;
+            if mesh.advance_without_bridges(&mut stroke, pointing(step as f64 / steps as f64)).is_err() {
+                refused += 1;
+            }
+        }
+        if refused == before {
+            clean += 1;
+            if mesh.parts().all.len() < 2 {
+                joined.push(number);
+            }
+        }
+    }
+    println!("{refused} of {strips} strips refused; {clean} fans with none, of which {joined:?} hold together");
+    assert!(joined.is_empty(), "{joined:?}");
+    // Near the place about which the blade turns the two triangles of a strip are turned against each other.
+    assert!(clean >= 30, "{refused} of {strips}, {clean}");
+}

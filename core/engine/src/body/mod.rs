@@ -7,7 +7,6 @@ mod broken_surface;
 mod cell_corners;
 mod cutting;
 mod discretization;
-mod disjoint_sets;
 mod divide;
 mod failed_triangles;
 mod fibres;
@@ -37,7 +36,6 @@ mod tint;
 pub use broken_surface::ExposedFaces;
 pub use cell_corners::CellCorners;
 pub use discretization::Discretization;
-pub(crate) use disjoint_sets::DisjointSets;
 pub use divide::{DivideError, Division};
 pub use failed_triangles::FailedTriangles;
 pub use fibres::{Curve, DirectionCloud, FibreEntry, FibreLines, FibrePart, Fibres};
@@ -145,6 +143,7 @@ impl Body {
         if let Some(symmetry) = &self.symmetry {
             symmetry.apply(&self.model, &mut self.skin);
         }
+        self.skin.follow_welds(self.model.document.welds());
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! Nodes within a ball that are connected through elements inside of the ball.
 
-use super::disjoint_sets::DisjointSets;
 use super::{Body, Discretization, LatticeError};
+use pliant_mesh::DisjointSets;
 use pliant_solver::Vec3;
 
 impl Body {

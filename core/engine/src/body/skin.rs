@@ -107,6 +107,17 @@ impl Skin {
         self.cell.fill(NOT_EMBEDDED);
     }
 
+    /// Moves vertices that no triangle has, because others are in their place, to those.
+    pub fn follow_welds(&mut self, welds: &[[u32; 2]]) {
+        for &[vertex, place] in welds {
+            let to = self.x[place as usize];
+            if self.x[vertex as usize] != to {
+                self.x[vertex as usize] = to;
+                self.pages.mark(vertex);
+            }
+        }
+    }
+
     /// Moves the vertices that no active node moves to their settled positions.
     pub fn settle_inactive(&mut self) {
         for (v, (x, settled)) in self.x.iter_mut().zip(self.settled.iter()).enumerate() {

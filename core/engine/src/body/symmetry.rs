@@ -62,7 +62,7 @@ impl Symmetry {
         let (mut planes, mut missing) = (Vec::new(), Vec::new());
         for &plane in wanted {
             let reflection = plane.reflection;
-            match partners(points, plane.centre, reflection) {
+            match partners(points, model.document.welds(), plane.centre, reflection) {
                 Some(partner) => planes.push(MirrorPlane { reflection, partner }),
                 None => missing.push(plane),
             }
@@ -166,15 +166,20 @@ fn diameter(points: &[Vec3], centre: Vec3) -> f64 {
     2.0 * points.iter().map(|p| (p - centre).amax()).fold(0.0, f64::max)
 }
 
-/// The vertex at the mirror image of each vertex; `None` if a vertex has none.
-fn partners(points: &[Vec3], centre: Vec3, reflection: Reflection) -> Option<Vec<u32>> {
+/// Partner of a vertex that has none.
+const NO_PARTNER: u32 = u32::MAX;
+
+/// The vertex at the mirror image of each vertex, and [`NO_PARTNER`] of those that others replace; `None` if a vertex has none.
+fn partners(points: &[Vec3], welds: &[[u32; 2]], centre: Vec3, reflection: Reflection) -> Option<Vec<u32>> {
     let size = TOLERANCE * diameter(points, centre);
     if size == 0.0 {
         return None;
     }
     let key = |p: Vec3| <[i64; 3]>::from((p / size).map(|c| c.floor() as i64));
+    let mut is_replaced = vec![false; points.len()];
+    welds.iter().for_each(|[vertex, _]| is_replaced[*vertex as usize] = true);
     let mut at: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
-    for (v, p) in points.iter().enumerate() {
+    for (v, p) in points.iter().enumerate().filter(|(v, _)| !is_replaced[*v]) {
         at.entry(key(p - centre)).or_default().push(v as u32);
     }
     let nearest = |wanted: Vec3| {
@@ -183,9 +188,13 @@ fn partners(points: &[Vec3], centre: Vec3, reflection: Reflection) -> Option<Vec
         let away = |v: &u32| (points[*v as usize] - centre - wanted).norm();
         near.copied().filter(|v| away(v) <= size).min_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)))
     };
-    let partner: Vec<u32> = points.iter().map(|p| nearest(reflection.vector(p - centre))).collect::<Option<_>>()?;
+    let partner_of = |(p, is_replaced): (&Vec3, &bool)| match is_replaced {
+        true => Some(NO_PARTNER),
+        false => nearest(reflection.vector(p - centre)),
+    };
+    let partner: Vec<u32> = points.iter().zip(&is_replaced).map(partner_of).collect::<Option<_>>()?;
     // Vertices with equal positions, as on a seam, may have the same partner: such a model is not paired.
-    let mutual = partner.iter().enumerate().all(|(a, &b)| partner[b as usize] as usize == a);
+    let mutual = partner.iter().enumerate().all(|(a, &b)| b == NO_PARTNER || partner[b as usize] as usize == a);
     mutual.then_some(partner)
 }
 
@@ -197,7 +206,7 @@ mod tests {
     fn every_vertex_needs_a_mirror_image() {
         let points = [[-1.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 3.0, 0.0]].map(Vec3::from);
         let reflection = Reflection::Axes([true, false, false]);
-        assert_eq!(partners(&points, Vec3::zeros(), reflection), Some(vec![1, 0, 2]));
-        assert_eq!(partners(&[points[0], points[2]], Vec3::zeros(), reflection), None);
+        assert_eq!(partners(&points, &[], Vec3::zeros(), reflection), Some(vec![1, 0, 2]));
+        assert_eq!(partners(&[points[0], points[2]], &[], Vec3::zeros(), reflection), None);
     }
 }

@@ -70,7 +70,7 @@ impl FixedBody<'_> {
                 let given = nodes.as_deref().unwrap_or_default();
                 match &self.model.tetrahedra {
                     Some(cells) => Ok(Place::Vertices(numbered_nodes(given, self.source, span, cells.mesh())?)),
-                    None => Ok(Place::Nodes(given.to_vec())),
+                    None => Ok(Place::Nodes(given.iter().map(|v| self.model.document.in_place_of(*v)).collect())),
                 }
             }
         }

@@ -9,7 +9,7 @@ use crate::body::{Model, Warp};
 use crate::memory::MemoryAccount;
 use crate::scene::{
     BodyScene, FrameScene, PatternScene, RotationScene, SceneError, ShapeKind, ShapeScene, SheetScene, Source,
-    ToolScene, WarpScene,
+    ToolScene, WarpScene, Weld,
 };
 use crate::shape::{self, OrientedShape, ShapeParams};
 use crate::tool::Frame;
@@ -79,6 +79,9 @@ pub(super) fn model(
         if let Some(mesh) = tetrahedra {
             return Ok(Model::of_tetrahedra(mesh, document, placement));
         }
+        let mut document = weld(scene, document, placement.scale);
+        let turned_over = document.faces_turned_over(&Surface::from_document(&document));
+        document.turn_over(&turned_over);
         let (document, subdivision) = subdivide(&check, document, placement.scale, smallest)?;
         let mut model = Model::new(document, placement);
         model.subdivision = subdivision;
@@ -124,7 +127,17 @@ pub(super) fn model_key(scene: &BodyScene, source: &Source, instead: Option<&Pat
     let rotation = scene.rotation.as_ref().map(|r| (*r.axis.get_ref(), r.angle.si));
     let position = scene.position.map(|p| p.map(|c| c.si));
     let subdivide = scene.subdivide.as_ref().map(|levels| (*levels.get_ref(), smallest));
-    Some(format!("{mesh:?} {shape:?} {size:?} {scale:?} {rotation:?} {position:?} {instead:?} {subdivide:?}"))
+    let weld = scene.weld.as_ref().map(|weld| *weld.get_ref());
+    Some(format!("{mesh:?} {shape:?} {size:?} {scale:?} {rotation:?} {position:?} {instead:?} {subdivide:?} {weld:?}"))
+}
+
+/// Welds the borders of a document as its scene asks for. `scale` is metres per unit of the file.
+fn weld(scene: &BodyScene, mut document: ObjDocument, scale: f64) -> ObjDocument {
+    if let Some(Weld::Within(distance)) = scene.weld.as_ref().map(Spanned::get_ref) {
+        let pairs = document.coincident_borders(&Surface::from_document(&document), distance.si / scale);
+        document.weld(&pairs);
+    }
+    document
 }
 
 pub(super) fn of_mesh(scene: &BodyScene, document: &ObjDocument, error: MeshError) -> SessionError {

@@ -38,12 +38,14 @@ pub(super) fn pairs(scene: &Spanned<SeamScene>, source: &Source, model: &Model) 
                     Err(source.error(pairs.span(), text))
                 }
                 None => {
-                    if let Some(vertex) = pairs.get_ref().iter().flatten().find(|v| model.around(**v).is_empty()) {
+                    let pairs_in_place = pairs.get_ref().iter().map(|pair| pair.map(|v| model.document.in_place_of(v)));
+                    let in_place: Vec<[u32; 2]> = pairs_in_place.filter(|[a, b]| a != b).collect();
+                    if let Some(vertex) = in_place.iter().flatten().find(|v| model.around(**v).is_empty()) {
                         let text =
                             format!("`pairs` has vertex {vertex}, which no face uses; allowed are vertices of faces");
                         return Err(source.error(pairs.span(), text));
                     }
-                    Ok(pairs.get_ref().clone())
+                    Ok(in_place)
                 }
             }
         }

@@ -21,6 +21,8 @@ pub enum WarningCode {
     CoarseSheet,
     /// A pin, unpin, paint or stitch touched a body and changed nothing of it.
     ChangesNothing,
+    /// Vertices of borders lie at one place and are apart.
+    CoincidentBorders,
     /// An edit cut nothing.
     CutsNothing,
     /// A material finds elements of a body doubtful.
@@ -61,6 +63,7 @@ impl WarningCode {
             Self::BodiesOverlap => "bodies-overlap",
             Self::CoarseSheet => "coarse-sheet",
             Self::ChangesNothing => "changes-nothing",
+            Self::CoincidentBorders => "coincident-borders",
             Self::CutsNothing => "cuts-nothing",
             Self::DoubtfulElements => "doubtful-elements",
             Self::DoubtfulMesh => "doubtful-mesh",

@@ -8,12 +8,14 @@ mod error;
 mod names;
 mod normals;
 mod number;
+mod orient;
 mod parse;
 mod part;
 mod patch;
 mod subdivide;
 #[cfg(test)]
 mod tests;
+mod weld;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -24,6 +26,7 @@ use crate::read::{MODEL_LIMIT, read_file};
 pub use error::{ObjError, ObjProblem, WriteError};
 pub use normals::{ShadedCorner, TurnedNormals};
 pub use patch::Patch;
+pub use weld::CUT_BORDERS;
 
 /// An OBJ file with its parsed content. It has at least one vertex and one face.
 #[derive(Clone, Debug)]
@@ -31,6 +34,10 @@ pub struct ObjDocument {
     name: PathBuf,
     bytes: Vec<u8>,
     parsed: Parsed,
+    /// Vertices that faces no longer mean, each with the one in its place.
+    welds: Vec<[u32; 2]>,
+    /// Faces whose corners run the other way round than in the file, ascending.
+    turned_over: Vec<u32>,
 }
 
 /// One corner of a face: indices from 0 into the document's positions, texture coordinates and normals.
@@ -115,7 +122,7 @@ impl ObjDocument {
     /// documents without vertices or faces, and NUL bytes.
     pub fn parse(bytes: Vec<u8>, name: &Path) -> Result<Self, ObjError> {
         match parse::parse(&bytes) {
-            Ok(parsed) => Ok(Self { name: name.into(), bytes, parsed }),
+            Ok(parsed) => Ok(Self { name: name.into(), bytes, parsed, welds: Vec::new(), turned_over: Vec::new() }),
             Err((line, problem)) => Err(ObjError::Line { file: name.into(), line, problem }),
         }
     }

@@ -79,8 +79,11 @@ impl ObjDocument {
                         continue;
                     }
                     let corners = self.corners(next_face - 1).iter();
-                    let corners: Vec<_> =
+                    let mut corners: Vec<_> =
                         corners.map(|c| [rows[0].of(c.v), rows[1].of(c.vt), rows[2].of(c.vn)]).collect();
+                    if self.is_turned_over(next_face as u32 - 1) {
+                        corners[1..].reverse();
+                    }
                     let face = face_line(&corners);
                     for line in waiting.drain(..).map(|(_, line)| line).chain([&face[..]]) {
                         out.write_all(line)?;

@@ -55,6 +55,7 @@ impl ObjDocument {
         if patch.faces.is_empty() && patch.added.is_empty() {
             return self.write(positions, normals, out);
         }
+        let patch = &*self.patch_of_file(patch);
         if let Some(at) = patch.positions.iter().position(|row| !row.iter().all(|value| value.is_finite())) {
             let index = positions.len() + at + 1;
             return Err(WriteError::NotFinite { entity: "v", index, value: patch.positions[at].into() });
@@ -76,8 +77,8 @@ impl ObjDocument {
 
     /// Replacements of changed coordinates in the document's own rows.
     fn coordinates(&self, positions: &[Vec3], normals: Option<&[Vec3]>) -> Result<Vec<Edit>, WriteError> {
-        let parsed = &self.parsed;
-        let mut rows = edits("v", &parsed.position_at, &parsed.positions, positions)?;
+        let (parsed, positions) = (&self.parsed, self.with_welds(positions));
+        let mut rows = edits("v", &parsed.position_at, &parsed.positions, &positions)?;
         if let Some(normals) = normals {
             same_length("vn", normals, &parsed.normals)?;
             rows.extend(edits("vn", &parsed.normal_at, &parsed.normals, normals)?);

@@ -1,6 +1,6 @@
 //! Subdivision of a document: the same shape with four times the faces.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::{NONE, ObjDocument, ObjError, Patch};
 use crate::geometry::Vec3;
@@ -77,7 +77,14 @@ impl ObjDocument {
             texcoords: NewRows::new(self.texcoords().len()),
             normals: NewRows::new(self.normals().len()),
         };
-        let faces = (0..self.face_count()).map(|face| (face as u32, of.face(face))).collect();
+        let (mut faces, mut turned_over, mut count) = (BTreeMap::new(), Vec::new(), 0);
+        for face in 0..self.face_count() as u32 {
+            let pieces = of.face(face as usize);
+            let numbers = count..count + pieces.len() as u32;
+            count = numbers.end;
+            turned_over.extend(numbers.filter(|_| self.is_turned_over(face)));
+            faces.insert(face, pieces);
+        }
         let patch = Patch {
             positions: &of.positions.rows,
             colours: &of.colours,
@@ -89,7 +96,10 @@ impl ObjDocument {
         let mut bytes = Vec::with_capacity(4 * self.bytes().len());
         let written = self.write_patched(self.positions(), None, &patch, &mut bytes);
         written.map_err(|source| ObjError::Read { file: self.name().into(), source: std::io::Error::other(source) })?;
-        Self::parse(bytes, self.name())
+        let mut divided = Self::parse(bytes, self.name())?;
+        divided.weld(&self.welds);
+        divided.turn_over(&turned_over);
+        Ok(divided)
     }
 
     /// Number of faces of [`Self::subdivided`].

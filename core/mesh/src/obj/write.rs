@@ -17,8 +17,8 @@ impl ObjDocument {
     /// # Errors
     /// [`WriteError`] if the number of rows of an array differs from that of the document, a changed row is not finite (nothing is written then), or `out` fails.
     pub fn write(&self, positions: &[Vec3], normals: Option<&[Vec3]>, out: &mut impl Write) -> Result<(), WriteError> {
-        let parsed = &self.parsed;
-        let mut edits = edits("v", &parsed.position_at, &parsed.positions, positions)?;
+        let (parsed, positions) = (&self.parsed, self.with_welds(positions));
+        let mut edits = edits("v", &parsed.position_at, &parsed.positions, &positions)?;
         if let Some(normals) = normals {
             edits.extend(self::edits("vn", &parsed.normal_at, &parsed.normals, normals)?);
             edits.sort_unstable_by_key(|&(at, _)| at);

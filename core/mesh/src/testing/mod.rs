@@ -1,5 +1,6 @@
 //! What tests share: random numbers, small documents, and models as people bring them.
 
+mod apart;
 mod attributes;
 mod images;
 mod models;
@@ -8,6 +9,7 @@ mod shape;
 pub mod tet_data;
 pub mod tetrahedra;
 
+pub use apart::{Apart, apart};
 pub use images::{grey_png, png, png_bytes};
 pub use models::{TestModel, models, scan};
 pub use random::Random;

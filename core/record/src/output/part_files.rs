@@ -77,7 +77,9 @@ impl ModelParts {
     /// Those of [`ModelShape::write`].
     fn of(body: &Body, cap_material: &str, name: &Path) -> io::Result<Self> {
         let WrittenModel { bytes, row_of } = ModelShape::of(body).written(cap_material)?;
-        let document = ObjDocument::parse(bytes, name).map_err(io::Error::other)?;
+        let mut document = ObjDocument::parse(bytes, name).map_err(io::Error::other)?;
+        let welds = body.model.document.welds().iter().map(|pair| pair.map(|vertex| row_of[vertex as usize]));
+        document.weld(&welds.filter(|pair| !pair.contains(&NO_ROW)).collect::<Vec<_>>());
         let mut surface = Surface::from_document(&document);
         // Vertices that the file does not have follow its rows: a stitch may hold two faces together by such a vertex.
         let rows = surface.points.len();

@@ -4,7 +4,7 @@ use super::fragments::{Anchor, BodyInterior};
 use super::majority::Embeddings;
 use super::point_bindings::BoundPoint;
 use super::{Lattice, LatticeError};
-use crate::body::disjoint_sets::DisjointSets;
+use pliant_mesh::DisjointSets;
 use pliant_plugin_api::abi;
 use pliant_solver::Vec3;
 use std::collections::BTreeMap;

@@ -5,7 +5,7 @@
 
 use super::Lattice;
 use super::face_table::FaceTable;
-use crate::body::disjoint_sets::DisjointSets;
+use pliant_mesh::DisjointSets;
 use pliant_solver::Vec3;
 
 /// The tetrahedra that have failed.

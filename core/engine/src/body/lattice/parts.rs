@@ -2,10 +2,10 @@
 
 use super::fragments::{CellFragment, Fragments};
 use super::{CellSource, Lattice, LatticeError, LatticeState};
-use crate::body::disjoint_sets::DisjointSets;
 use crate::body::grid_pool::PooledGrid;
 use bytemuck::cast_slice;
 use pliant_host::Region;
+use pliant_mesh::DisjointSets;
 use pliant_mesh::Surface;
 use pliant_plugin_api::abi::Ball;
 use std::collections::{HashMap, HashSet};

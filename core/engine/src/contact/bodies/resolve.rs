@@ -5,7 +5,7 @@ use super::contact::{ContactData, feature_key};
 use super::dual::{DualBodies, DualMember};
 use super::features::{Gap, Kind, gap};
 use super::{BodyCollisions, Candidate, CollisionReport, Compliance, LISTED, Member, NEAR, RECOVERY_TIME, zones};
-use crate::body::DisjointSets;
+use pliant_mesh::DisjointSets;
 use pliant_solver::Vec3;
 
 /// Most rounds of detection and implicit solves.

@@ -51,6 +51,7 @@ impl Check<'_> {
         let others = [
             ("sheet", body.sheet.as_ref().map(Spanned::span), "a sheet is an OBJ file"),
             ("subdivide", body.subdivide.as_ref().map(Spanned::span), "refine the mesh where it was made"),
+            ("weld", body.weld.as_ref().map(Spanned::span), "merge its nodes where it was made"),
             (
                 "grid",
                 Some(body.grid.span()).filter(|span| *span != (0..0)),

@@ -1,6 +1,6 @@
 //! The `[[body]]` entries of a scene file: model, material, discretization, fixings and fields.
 
-use super::{Angle, FibreScene, Length, Level, SeamScene, Time};
+use super::{Angle, FibreScene, Length, Level, SeamScene, Time, Weld};
 use pliant_mesh::TetMesh;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -32,6 +32,10 @@ pub struct BodyScene {
     /// tool. Files of results have the divided faces.
     #[schemars(with = "Option<Level>")]
     pub subdivide: Option<Spanned<Level>>,
+    /// Whether vertices of borders that lie at one place become one, where borders continue each other; or a length, up to which they lie at one place. `false` by default. The
+    /// lines of the file stay.
+    #[schemars(with = "Option<Weld>")]
+    pub weld: Option<Spanned<Weld>>,
     /// Position of the model's origin or, with `size`, of the centre of its box.
     #[serde(default)]
     pub position: Option<[Length; 3]>,

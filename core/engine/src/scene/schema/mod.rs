@@ -8,6 +8,7 @@ mod level;
 mod obstacle;
 mod seam;
 mod stitch;
+mod weld;
 
 pub use body::*;
 pub use edit::*;
@@ -17,6 +18,7 @@ pub use level::Level;
 pub use obstacle::*;
 pub use seam::SeamScene;
 pub use stitch::StitchScene;
+pub use weld::Weld;
 
 use super::units::{
     Acceleration, Angle, Damping, Force, ForceRate, Frequency, Length, Mass, Speed, Stiffness, Time, Toughness,

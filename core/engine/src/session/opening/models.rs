@@ -56,6 +56,17 @@ impl Opening<'_> {
 
     /// Reports defects of a model that is embedded in a grid, as events; none of them prevents the simulation.
     fn report_defects(&mut self, name: &str, model: &Model) {
+        let turned = model.document.turned_over();
+        if let Some(first) = turned.first() {
+            let line = model.document.face(*first as usize).map_or(0, |face| face.line);
+            self.events.add(EventKind::Model, 0.0, || {
+                format!(
+                    "body `{name}`: {} of {} faces are turned over, the first in line {line}; they are taken the other way round, and stay as they are in the file",
+                    turned.len(),
+                    model.document.face_count()
+                )
+            });
+        }
         for finding in &model.findings {
             if finding.severity(Use::Embedded) != Severity::Note {
                 self.events.add(EventKind::Model, 0.0, || format!("body `{name}`: {finding}"));

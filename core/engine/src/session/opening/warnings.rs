@@ -6,6 +6,7 @@ use crate::session::overlap::{Extended, Extents, OverlapDetection};
 use crate::session::warning::{Warning, WarningCode};
 use crate::session::{Session, SessionError};
 use pliant_host::Region;
+use pliant_mesh::check::Kind;
 use pliant_mesh::geometry::Vec3;
 use pliant_plugin_api::abi::{self, Ball};
 use std::ops::Range;
@@ -94,6 +95,7 @@ fn warn_body(
     };
     let units = tool_radius.and_then(|largest| warn_units(given, body, largest));
     add(WarningCode::DoubtfulUnits, of_body.clone(), units);
+    add(WarningCode::CoincidentBorders, of_body.clone(), warn_coincident_borders(given, body));
     add(WarningCode::OpenBody, of_body.clone(), warn_openness(body));
     add(WarningCode::NoFibres, place(source, given.material.plugin.span()), warn_fibres(given, body));
     if let Some((span, message)) = warn_smooth(given, body) {
@@ -112,6 +114,24 @@ fn warn_body(
         }
     }
     Ok(found)
+}
+
+/// A warning if the body falls apart along borders that lie together, of which the scene does not say whether they are welded or stitched.
+fn warn_coincident_borders(given: &BodyScene, body: &Body) -> Option<String> {
+    let model = &body.model;
+    let is_open = model.findings.iter().any(|finding| finding.kind == Kind::Border);
+    let is_told = given.weld.is_some() || !given.stitch.is_empty() || model.document.has_cut_borders();
+    if is_told || !is_open || model.tetrahedra.is_some() {
+        return None;
+    }
+    let count = model.document.coincident_borders(&model.surface, 0.0).len();
+    (count > 0).then(|| {
+        format!(
+            "{count} vertices on borders of body `{}` lie exactly where others do and are not joined to them, so that it is in pieces there; \
+             `weld = true` joins them, `weld = false` leaves them and this warning out",
+            body.name
+        )
+    })
 }
 
 /// A warning if the material takes fibre directions and the scene gives none.

@@ -1,7 +1,7 @@
 //! Healing of cut cells: voxels that a blade has parted are linked again.
 
 use super::Fragments;
-use crate::body::disjoint_sets::DisjointSets;
+use pliant_mesh::DisjointSets;
 use pliant_solver::Vec3;
 use std::collections::{BTreeMap, HashMap};
 

@@ -2,7 +2,7 @@
 
 use super::voxels::FaceLink;
 use super::{CutCell, Fragment, Fragments, NewCopy, NodeKey};
-use crate::body::disjoint_sets::DisjointSets;
+use pliant_mesh::DisjointSets;
 use pliant_plugin_api::abi;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 

@@ -2,7 +2,7 @@
 
 use super::crossing::{Plane, are_apart, crosses, line_meets};
 use super::voxel_points::VoxelPoints;
-use crate::body::disjoint_sets::DisjointSets;
+use pliant_mesh::DisjointSets;
 use pliant_solver::Vec3;
 
 /// Voxels along the edge of a cell.

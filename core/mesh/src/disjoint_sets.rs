@@ -1,7 +1,8 @@
 //! Disjoint sets of numbers (union-find with path halving, Tarjan 1975).
 
 /// Disjoint sets of the numbers from 0 on.
-pub(crate) struct DisjointSets {
+#[derive(Clone, Debug)]
+pub struct DisjointSets {
     /// Parent of each number in its tree; a root is its own parent (n).
     parent: Vec<u32>,
 }
