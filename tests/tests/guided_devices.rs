@@ -178,7 +178,8 @@ fn drafted(size: f64, solid: &SolidPreset) -> (Session, Draft) {
     bench.write("cube.obj", String::from_utf8(obj).expect("text"));
     let plugin = if solid.flow.is_some() { "neo-hookean" } else { "mass-spring" };
     let material = DraftMaterial::Solid { plugin: plugin.into(), preset: *solid, level: 4 };
-    let draft = Draft { mesh: bench.path("cube.obj"), scale: 1.0, size, subdivide: false, material, dt: 1e-3 };
+    let draft =
+        Draft { mesh: bench.path("cube.obj"), scale: 1.0, size, subdivide: false, weld: None, material, dt: 1e-3 };
     (open_drafted(&bench.write("scene.toml", draft.to_toml(&bench.path("")))), draft)
 }
 
