@@ -245,7 +245,8 @@ impl Session {
         self.history.done.pop();
     }
 
-    /// The edit of a tool is over; `changed` tells whether there is anything to take back.
+    /// The edit of a tool is over; `changed` tells whether there is anything to take back. An undo of an edit that goes on beside it then goes back to
+    /// the present state: that before it was in the middle of this one.
     pub(super) fn settle(&mut self, tool: usize, changed: bool) {
         let Some(place) = self.history.under_way.iter().position(|(t, _)| *t == tool) else { return };
         let (_, before) = self.history.under_way.remove(place);
@@ -253,6 +254,10 @@ impl Session {
             || self.bodies.iter().zip(&before.bodies).any(|(body, (_, before))| before.has_other_history(body));
         if changed || has_flowed() {
             self.history.push(before);
+            if !self.history.under_way.is_empty() {
+                let now = self.save();
+                self.history.under_way.iter_mut().for_each(|(_, before)| before.clone_from(&now));
+            }
         }
     }
 
