@@ -17,4 +17,5 @@ mod repeated_cuts;
 mod sculpt_layers;
 mod stiffness_change;
 mod symmetric_strokes;
+mod two_hands;
 mod undo;

@@ -303,6 +303,8 @@ struct Scratch {
     has_seams: bool,
     /// Balls of cells that the tools need.
     balls: Vec<Ball>,
+    /// Points of a body that tools grip, m.
+    grips: Vec<Vec3>,
 }
 
 /// An opened scene.

@@ -243,7 +243,7 @@ impl<'a> Opening<'a> {
             seams: Seams::new(if has_seams { self.seams } else { Vec::new() }),
             unpaired: None,
             ties: Ties::default(),
-            scratch: Scratch { springs, has_seams, balls: Vec::new() },
+            scratch: Scratch { springs, has_seams, balls: Vec::new(), grips: Vec::new() },
             frame: Frame::default(),
             stiffness: StiffnessState::default(),
             history: History::default(),
