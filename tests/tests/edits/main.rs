@@ -2,6 +2,7 @@
 
 mod ball_cuts;
 mod clay;
+mod doubled_vertices;
 mod drafted_tools;
 mod dragging;
 mod edit_accuracy;
