@@ -186,7 +186,7 @@ impl DrawnCut {
         let preset = pliant_editor::SolidPreset { young: self.young, ..*preset };
         let material = DraftMaterial::Solid { plugin: self.plugin.into(), preset, level: self.level };
         let mesh = bench.path("model.obj");
-        let draft = Draft { mesh, scale: 1.0, size: SIZE, subdivide: false, material, dt: 1e-3 };
+        let draft = Draft { mesh, scale: 1.0, size: SIZE, subdivide: false, weld: None, material, dt: 1e-3 };
         let mut scene = draft.to_toml(&bench.path(""));
         if self.is_whole {
             let line = format!("level = {}", self.level);

@@ -3,8 +3,9 @@
 use pliant_editor::SurfacePoint;
 use pliant_engine::session::{EventKind, Session};
 use pliant_mesh::geometry::Vec3;
-use pliant_mesh::testing::models;
+use pliant_mesh::testing::{Random, models, scan};
 use pliant_mesh::{Bounds, ObjDocument, Surface};
+use pliant_plugin_api::abi;
 use pliant_tests::{Bench, open_file, root};
 
 /// m, the longest edge of every model
@@ -12,14 +13,21 @@ const SIZE: f64 = 0.1;
 /// m, how deep the hand goes below where the surface was
 const PRESS: f64 = 0.004;
 
-/// A scene in which a ball of 8 mm presses a place along its normal from 0.05 s on, and is away again at 0.35 s.
-fn scene(level: u32, region: &str, yield_strain: f64, SurfacePoint { point: at, normal }: SurfacePoint) -> String {
+/// The way of the hand: down to a place and away again, every half a second.
+fn path(SurfacePoint { point: at, normal }: SurfacePoint, presses: u32) -> String {
     let row = |(time, height): (f64, f64)| {
         let p = at + height * normal;
         format!("[{time}, {}, {}, {}]", p.x, p.y, p.z)
     };
     let way = [(0.0, 0.012), (0.05, 0.01), (0.2, 0.008 - PRESS), (0.25, 0.008 - PRESS), (0.35, 0.03)];
-    let path = way.map(row).join(", ");
+    let ways = (0..presses).flat_map(|i| way.map(|(time, height)| (time + 0.5 * f64::from(i), height)));
+    ways.map(row).collect::<Vec<_>>().join(", ")
+}
+
+/// A scene in which a ball of 8 mm presses a place along its normal from 0.05 s on, and is away again at 0.35 s.
+fn scene(level: u32, region: &str, yield_strain: f64, spot: SurfacePoint) -> String {
+    let at = spot.point;
+    let path = path(spot, 1);
     // The model's middle is in the origin: what is held is the lowest quarter of its height.
     let held = format!("[[body.fixed]]\nbox = [[-1, -1, -1], [1, 1, {}]]", -0.5 * at.z);
     let fixed = if region == "whole" { held.as_str() } else { "" };
@@ -121,6 +129,133 @@ fn a_dent_in_clay_stays_where_one_in_an_elastic_body_goes_back() {
                 left.push(share);
             }
             assert!(left[0] > 0.6 && left[1] < 0.15, "{what}: {left:?} of the dent are left");
+        }
+    }
+}
+
+/// A block of 100 x 100 x 50 mm, its sides of squares, which cells of every level from 4 on fill, as OBJ.
+fn block(cells: usize) -> String {
+    let counts = [cells, cells, cells / 2];
+    let mut number = std::collections::BTreeMap::new();
+    let (mut points, mut faces) = (String::new(), String::new());
+    let mut vertex = |at: [usize; 3]| {
+        let next = number.len() + 1;
+        *number.entry(at).or_insert_with(|| {
+            let [x, y, z] = at.map(|k| 0.1 * (k as f64 / cells as f64));
+            points += &format!("v {x} {y} {z}\n");
+            next
+        })
+    };
+    for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+        let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+        for (i, j) in (0..counts[a]).flat_map(|i| (0..counts[b]).map(move |j| (i, j))) {
+            let mut square = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(di, dj)| {
+                let mut at = [0; 3];
+                (at[axis], at[a], at[b]) = (side * counts[axis], i + di, j + dj);
+                vertex(at)
+            });
+            if side == 0 {
+                square.reverse();
+            }
+            faces += &format!("f {} {} {} {}\n", square[0], square[1], square[2], square[3]);
+        }
+    }
+    points + &faces
+}
+
+/// Volume (m^3) that the surface has gone inwards by: the dent without what has swelled beside it.
+fn dent(session: &Session) -> f64 {
+    let body = &session.bodies[0];
+    let inwards = body.model.surface.triangles.iter().map(|t| {
+        let [rest, now] = [&body.model.surface.points, &body.skin.x].map(|points| t.map(|v| points[v as usize]));
+        let moved = (0..3).map(|i| now[i] - rest[i]).sum::<Vec3>() / 3.0;
+        -0.5 * moved.dot(&(rest[1] - rest[0]).cross(&(rest[2] - rest[0])))
+    });
+    inwards.filter(|v| *v > 0.0).sum()
+}
+
+/// Change of the volume of the elements, m^3.
+fn change_of_elements(session: &Session) -> f64 {
+    let system = &session.bodies[0].system;
+    let nodes = &system.nodes;
+    let volume = |x: &[Vec3], t: &[u32]| {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| x[t[i] as usize]);
+        (b - a).cross(&(c - a)).dot(&(d - a)).abs() / 6.0
+    };
+    let sets = system.sets.iter().filter(|set| set.request().kind == abi::TETRAHEDRON);
+    let tetrahedra = sets.flat_map(|set| set.nodes().chunks_exact(4));
+    tetrahedra.map(|t| volume(&nodes.x, t) - volume(&nodes.rest, t)).sum()
+}
+
+/// Plastic flow keeps volume. What a body loses is elastic: by Betti's theorem (1 - 2 nu) / E times the sum of f . x over what holds it against the stresses
+/// that are left, so it goes with 1 - 2 nu and does not grow with more flow.
+#[test]
+fn pressing_clay_again_and_again_keeps_its_volume() {
+    let random = &mut Random(33);
+    let scans = [0, 1].map(|genus| scan(genus, 3000, 0, random.next_u64()).text);
+    for (name, text, level, smooth) in [
+        ("box", &block(16), 4, false),
+        ("box", &block(16), 5, false),
+        ("scan", &scans[0], 5, true),
+        ("scan with a handle", &scans[1], 5, true),
+    ] {
+        let mut lost = Vec::new();
+        for poisson in [0.3, 0.45, 0.49] {
+            let bench = Bench::new();
+            bench.write("model.obj", text);
+            // Of a block all of its upper side is highest.
+            let middle = SurfacePoint { point: Vec3::new(0.0, 0.0, 0.025), normal: Vec3::z() };
+            let spot = if name == "box" { middle } else { top(&bench) };
+            let text = scene(level, "whole", 0.01, spot)
+                .replace("poisson = 0.45", &format!("poisson = {poisson}"))
+                .replace("region = ", &format!("smooth = {smooth}\nregion = "))
+                .replace("duration = \"1 s\"", "duration = \"3 s\"")
+                .replace(&path(spot, 1), &path(spot, 3));
+            let mut session = opened(&bench, &text);
+            moved(&mut session);
+            let before = volume(&session);
+            let mut changes = Vec::new();
+            for _ in 0..3 {
+                run(&mut session, 0.5);
+                moved(&mut session);
+                changes.push((volume(&session) - before) / dent(&session));
+            }
+            assert_eq!(session.events.count(EventKind::Quarantine), 0, "{:?}", session.events.described());
+            let elements = change_of_elements(&session) / dent(&session);
+            println!(
+                "{name}, level {level}, nu {poisson}: change of volume over the dent {changes:.4?}, of elements {elements:.4}; dent {:.1} mm^3",
+                1e9 * dent(&session)
+            );
+            let what = format!("{name}, level {level}, nu {poisson}: {changes:?} of the dent, elements {elements}");
+            assert!((changes[2] - changes[0]).abs() < 0.02, "{what}: more flow, other volume");
+            // The surface goes through cells, whose weights carry it.
+            assert!((changes[2] - elements).abs() < 0.03, "{what}: surface and elements");
+            lost.push(elements.abs());
+        }
+        assert!(
+            lost[2] < 2.0 * (0.02 / 0.4) * lost[0] + 1e-3,
+            "{name}, level {level}: elements lose {lost:?} of the dent"
+        );
+    }
+}
+
+/// Whatever part of the body a local region takes in, the body stays where it is: clay that hangs on a few cells would swing about them.
+#[test]
+fn a_local_region_of_any_size_keeps_a_body_of_clay_in_its_place() {
+    let solids = models(6, 32).into_iter().filter(|m| m.closed && m.genus.is_some());
+    for model in solids.take(3) {
+        let bench = Bench::new();
+        bench.write("model.obj", &model.text);
+        let spot = top(&bench);
+        for radius in [0.05, 0.065, 0.08, 0.09, 0.1, 0.11] {
+            let text = scene(5, "local", 0.01, spot).replace("region = ", &format!("radius = {radius}\nregion = "));
+            let mut session = opened(&bench, &text);
+            run(&mut session, 0.7);
+            assert_eq!(session.events.count(EventKind::Quarantine), 0, "{:?}", session.events.described());
+            let (moved, cells) = (largest(&moved(&mut session)), session.frame().elements / 5);
+            println!("{}, radius {radius} m: {cells} cells, moved by {:.2} mm", model.name, 1e3 * moved);
+            // The hand goes no deeper.
+            assert!(moved < PRESS, "{}, radius {radius} m, {cells} cells: moved by {moved} m", model.name);
         }
     }
 }

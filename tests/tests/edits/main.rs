@@ -2,6 +2,7 @@
 
 mod ball_cuts;
 mod clay;
+mod doubled_vertices;
 mod drafted_tools;
 mod dragging;
 mod edit_accuracy;
@@ -17,4 +18,5 @@ mod repeated_cuts;
 mod sculpt_layers;
 mod stiffness_change;
 mod symmetric_strokes;
+mod two_hands;
 mod undo;

@@ -1,7 +1,7 @@
 //! The discretization of a body: which nodes are simulated, and how the surface follows them.
 
 use super::fixing::Fixing;
-use super::lattice::{Lattice, LatticeError};
+use super::lattice::{Lattice, LatticeError, NodeKey};
 use super::model::Model;
 use super::sheet::Sheet;
 use super::skin::{EmbeddedPoint, Skin};
@@ -54,6 +54,14 @@ impl Discretization {
         match self {
             Self::Lattice(lattice) => lattice.edge(),
             Self::Sheet(sheet) => sheet.edge(),
+        }
+    }
+
+    /// The name of a node, which it has in every region and after every cut: that of the grid, or the number of its vertex.
+    pub fn node_key(&self, node: u32) -> NodeKey {
+        match self {
+            Self::Lattice(lattice) => lattice.node_key(node),
+            Self::Sheet(sheet) => NodeKey { node: sheet.vertex_of(node).map_or(u64::MAX, u64::from), copy: 0 },
         }
     }
 

@@ -49,8 +49,7 @@ pub use contact_points::{ContactBuffers, ContactPoint, ContactSurface};
 pub(in crate::body) use exposed_faces::{BrokenSurface, ExposedCorner, NodePlace};
 use failed_cells::FailedCells;
 use fragments::Fragments;
-pub(in crate::body) use fragments::NodeKey as LatticeNode;
-pub use fragments::{BodyInterior, CellFragment};
+pub use fragments::{BodyInterior, CellFragment, NodeKey};
 use paint::LatticePaint;
 pub(in crate::body) use parts::{LatticeComponents, LatticePart, PartCells};
 use pliant_host::{HostError, Region};
@@ -161,6 +160,12 @@ pub struct Lattice {
     contact_balls: Vec<Ball>,
     /// The last such balls that were not empty.
     last_contact_balls: Vec<Ball>,
+    /// Whether the contact balls take in so much of the body that all of it is active.
+    is_nearly_whole: bool,
+    /// Points of the rest shape that hands grip, m; empty unless there are two or more.
+    grips: Vec<Vec3>,
+    /// The grips have changed: constraints must be made again.
+    has_new_grips: bool,
     /// Whether the material has history variables.
     has_history: bool,
     /// Whether displaced cells stay active and nodes do not return to rest: the material has a history, or pins hold nodes away from rest.
@@ -246,6 +251,9 @@ impl Lattice {
             grid_region: Region::default(),
             contact_balls: Vec::new(),
             last_contact_balls: Vec::new(),
+            is_nearly_whole: false,
+            grips: Vec::new(),
+            has_new_grips: false,
             has_history: false,
             keeps_displaced: false,
             paint: LatticePaint::default(),

@@ -44,7 +44,7 @@ pub use fixing::{Fixing, Place, displacement_along};
 pub use grid_pool::{GridPool, PooledGrid};
 pub use lattice::{
     BodyInterior, CellFragment, CellSource, ContactBuffers, ContactPoint, ContactSurface, Lattice, LatticeError,
-    NodeBounds, RegionSettings, Repair, TetrahedralCells,
+    NodeBounds, NodeKey, RegionSettings, Repair, TetrahedralCells,
 };
 pub use look::{ABSENT, CAP, TriangleLook};
 pub use model::{Model, Subdivision};

@@ -3,7 +3,7 @@
 //! It is what edits that keep their shape have made: displacements of the vertices and, of a lattice, of the nodes with their jets. All of these
 //! are linear, so a sum of differences is a shape at rest too, as long as it turns no cell inside out.
 
-use super::lattice::{LatticeNode, RestOffset, RestOffsets};
+use super::lattice::{NodeKey, RestOffset, RestOffsets};
 use super::state::DiscretizationState;
 use super::{Body, Discretization, LatticeError};
 use pliant_solver::Vec3;
@@ -28,7 +28,7 @@ pub struct RestDifference {
     /// Displacement of each vertex that differs, m.
     vertices: BTreeMap<u32, Vec3>,
     /// Difference of the offset of each lattice node that differs.
-    nodes: BTreeMap<LatticeNode, RestOffset>,
+    nodes: BTreeMap<NodeKey, RestOffset>,
 }
 
 /// Cells or triangles that a shape at rest would turn inside out or flatten.
@@ -106,7 +106,7 @@ impl RestShape {
 }
 
 /// Adds `factor` times `d` to the offset of a node; offsets of zero are left out.
-fn add_offset(offsets: &mut RestOffsets, key: LatticeNode, d: &RestOffset, factor: f64) {
+fn add_offset(offsets: &mut RestOffsets, key: NodeKey, d: &RestOffset, factor: f64) {
     let sum = offsets.get(&key).copied().unwrap_or_else(|| RestOffset::zero(d.place)).plus(d, factor);
     if sum.is_zero() {
         offsets.remove(&key);

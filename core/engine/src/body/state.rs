@@ -112,7 +112,7 @@ impl Body {
         self.system.nodes.x.clone_from(&state.nodes.x);
         self.system.nodes.v.clone_from(&state.nodes.v);
         if let Discretization::Lattice(lattice) = &mut self.discretization {
-            lattice.restore_pins(&self.fixings, &mut self.system.nodes);
+            lattice.restore_pins(&self.fixings, &mut self.system.nodes)?;
         }
         self.system.nodes.prescribed.clone_from(&state.nodes.prescribed);
         for (set, history) in self.system.sets.iter_mut().zip(&state.history) {

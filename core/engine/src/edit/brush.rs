@@ -9,7 +9,7 @@ use super::key::DEFAULT_RADIUS;
 use crate::body::{Body, Discretization, Lattice, LatticeError};
 use crate::plan::Edit;
 use crate::tool::Tool;
-use pliant_solver::Vec3;
+use pliant_solver::{Nodes, Vec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -111,9 +111,23 @@ impl Brush {
                 self.fraction.push(weight * nodes.mass[node as usize]);
             }
         }
+        self.normalize_fractions();
+        Ok(())
+    }
+
+    /// Replaces the weights, one for each node (k).
+    pub fn set_weights(&mut self, weights: impl Iterator<Item = f64>, nodes: &Nodes) {
+        self.weight.clear();
+        self.weight.extend(weights);
+        let loads = self.nodes.iter().zip(&self.weight).map(|(&n, weight)| weight * nodes.mass[n as usize]);
+        self.fraction.clear();
+        self.fraction.extend(loads);
+        self.normalize_fractions();
+    }
+
+    fn normalize_fractions(&mut self) {
         let total: f64 = self.fraction.iter().sum();
         self.fraction.iter_mut().for_each(|fraction| *fraction /= total);
-        Ok(())
     }
 
     /// Active cells that have a node of the region.

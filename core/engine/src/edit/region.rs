@@ -4,14 +4,15 @@
 //! and James 2017) in the actual body: it has no plateau and no spike at the hand, at any grid level. The region does not become rigid: only
 //! its mean position and its mean rotation follow the hand.
 //!
-//! Let s_i be load fractions (sum 1), `d_i = x_i - c` the positions relative to the mean c, and `Q (X_i - C)` the relative rest positions rotated
-//! with the hand. The error of the mean rotation is `phi = I^-1 sum s_i d_i x Q (X_i - C)` with `I = sum s_i (d_i^2 - d_i d_i^T)`, which needs
-//! no polar decomposition. The force on a node is `f_i = K s_i (e + phi x d_i)`, where e is the error of the mean position. This is the
-//! projection of springs with stiffness K s_i at all nodes onto rigid motions, and so never stiffer than those springs.
+//! Let s_i be load fractions (sum 1), `d_i = x_i - c` the positions relative to the mean c, and `Q (X_i - C)` the relative positions at the time of
+//! the grip, rotated with the hand. The error of the mean rotation is `phi = I^-1 sum s_i d_i x Q (X_i - C)` with
+//! `I = sum s_i (d_i^2 - d_i d_i^T)`, which needs no polar decomposition. The force on a node is `f_i = K s_i (e + phi x d_i)`, where e is the
+//! error of the mean position. This is the projection of springs with stiffness K s_i at all nodes onto rigid motions, and so never stiffer than
+//! those springs. It does not depend on the rest shape, so another hand may change or keep that without a jump of the force.
 
 use super::BodyPoint;
 use super::brush::{Brush, BrushShape};
-use crate::body::{Body, LatticeError};
+use crate::body::{Body, LatticeError, NodeKey};
 use crate::tool::{Hand, Tool, diagonal};
 use nalgebra::{Matrix3, UnitQuaternion};
 use pliant_solver::{Nodes, Vec3};
@@ -25,19 +26,27 @@ pub(super) struct CoupledRegion {
     attachment: Option<Attachment>,
 }
 
-/// The pose of a region relative to the hand at zero force.
-#[derive(Clone, Copy)]
+/// The nodes that a hand holds.
 struct Attachment {
-    /// From the hand to the mean position of the region, in axes of the hand, m.
-    offset: Vec3,
     /// Rotation from axes of the hand to those of the scene at the time of the grip.
     initial_rotation: UnitQuaternion<f64>,
-    /// Mean rotation vector of the region relative to its rest shape at the time of the grip, rad.
-    initial_rotation_error: Vec3,
-    /// Mean rest position of the region, m.
-    rest: Vec3,
+    /// What is held of each node of the brush (k).
+    nodes: Vec<HeldNode>,
+    /// Number of nodes of the body.
+    count: usize,
     /// Version of the body's node numbering for which the brush is valid.
     numbering: u64,
+}
+
+/// A node that a hand holds.
+#[derive(Clone, Copy)]
+struct HeldNode {
+    /// Its name, which stays when nodes are renumbered.
+    key: NodeKey,
+    /// Its falloff at the time of the grip, 0 to 1.
+    weight: f64,
+    /// Its position relative to the hand at zero force, in axes of the hand, m.
+    anchor: Vec3,
 }
 
 impl CoupledRegion {
@@ -62,19 +71,17 @@ impl CoupledRegion {
     /// # Errors
     /// Returns the error of the grid plugin.
     pub fn follow(&mut self, tool: &mut Tool, hand: &Hand, body: &Body, at: BodyPoint) -> Result<f64, LatticeError> {
-        let Some(attachment) = self.attach(tool, hand, body, at)? else { return Ok(0.0) };
+        self.attach(tool, hand, body, at)?;
+        let Some(attachment) = &self.attachment else { return Ok(0.0) };
         let nodes = &body.system.nodes;
         let now = self.brush.mean(&nodes.x);
-        let position_error = hand.position + hand.rotation * attachment.offset - now;
+        let position_error = hand.position + hand.rotation * self.mean_anchor(attachment) - now;
         let rotation_error = match self.turns {
-            true => {
-                self.rotation_error(nodes, hand.rotation * attachment.initial_rotation.inverse())
-                    + attachment.initial_rotation_error
-            }
+            true => self.rotation_error(nodes, attachment, hand.rotation),
             false => Vec3::zeros(),
         };
         tool.proxy.position = hand.position - position_error;
-        tool.depth = (now - attachment.rest).norm();
+        tool.depth = (now - self.brush.mean(&nodes.rest)).norm();
         let (k, damping) = (tool.coupling.stiffness, tool.coupling.damping);
         let pulled = |n: u32| k * (position_error + rotation_error.cross(&(nodes.x[n as usize] - now)));
         let fractions = || self.brush.nodes.iter().copied().zip(self.brush.fraction.iter().copied());
@@ -88,54 +95,77 @@ impl CoupledRegion {
         Ok(tool.coupling_factor * magnitude)
     }
 
-    /// Attaches the nodes around a point to the hand, again if their numbering has changed. `None` if there is no free node.
-    fn attach(
-        &mut self,
-        tool: &Tool,
-        hand: &Hand,
-        body: &Body,
-        at: BodyPoint,
-    ) -> Result<Option<Attachment>, LatticeError> {
-        let numbering = tool.numbering(at.body);
-        if self.attachment.is_some_and(|attachment| attachment.numbering == numbering) {
-            return Ok(self.attachment);
+    /// Attaches the nodes around a point to the hand, again if their numbering has changed. Nothing is attached if there is no free node.
+    fn attach(&mut self, tool: &Tool, hand: &Hand, body: &Body, at: BodyPoint) -> Result<(), LatticeError> {
+        let (numbering, nodes) = (tool.numbering(at.body), &body.system.nodes);
+        let key = |n: u32| body.discretization.node_key(n);
+        if let Some(attachment) = &mut self.attachment {
+            let stays = |(&n, held): (&u32, &HeldNode)| nodes.constraint[n as usize].is_free() && key(n) == held.key;
+            // The rest shape alone may have changed, as when another hand keeps the present one.
+            let is_renumbered = attachment.numbering != numbering
+                && !(attachment.count == nodes.len() && self.brush.nodes.iter().zip(&attachment.nodes).all(stays));
+            if !is_renumbered {
+                attachment.numbering = numbering;
+                return Ok(());
+            }
         }
+        let mut before = self.attachment.take();
         self.brush.cover(body, at.rest, self.shape)?;
         if self.brush.is_empty() {
-            self.attachment = None;
-            return Ok(None);
+            return Ok(());
         }
-        let nodes = &body.system.nodes;
-        let rest = self.brush.mean(&nodes.rest);
-        self.attachment = Some(match self.attachment {
-            // Different nodes of the same region: the offset to the hand follows the mean rest position.
-            Some(attachment) => Attachment {
-                offset: attachment.offset + attachment.initial_rotation.inverse() * (rest - attachment.rest),
-                rest,
-                numbering,
-                ..attachment
-            },
-            None => Attachment {
-                offset: hand.rotation.inverse() * (self.brush.mean(&nodes.x) - hand.position),
-                initial_rotation: hand.rotation,
-                initial_rotation_error: -self.rotation_error(nodes, UnitQuaternion::identity()),
-                rest,
-                numbering,
-            },
+        if let Some(before) = &mut before {
+            before.nodes.sort_unstable_by_key(|held| held.key);
+        }
+        let known: Vec<Option<HeldNode>> =
+            self.brush.nodes.iter().map(|&n| before.as_ref().and_then(|before| before.find(key(n)))).collect();
+        // A region without any node of the one before is another one.
+        let initial_rotation = match before {
+            Some(before) if known.iter().any(Option::is_some) => before.initial_rotation,
+            _ => hand.rotation,
+        };
+        let from_hand = |n: u32| hand.rotation.inverse() * (nodes.x[n as usize] - hand.position);
+        let rest = |n: u32| nodes.rest[n as usize];
+        // A node that a cut has made, or one that was freed, is held as the nearest one that was held before.
+        let beside = |n: u32| {
+            let held = self.brush.nodes.iter().zip(&known).filter_map(|(&m, known)| known.map(|known| (m, known)));
+            let nearest = held.min_by(|(a, _), (b, _)| {
+                (rest(*a) - rest(n)).norm_squared().total_cmp(&(rest(*b) - rest(n)).norm_squared())
+            });
+            nearest.map(|(m, known)| known.anchor + initial_rotation.inverse() * (rest(n) - rest(m)))
+        };
+        let each = self.brush.nodes.iter().zip(&self.brush.weight).zip(&known);
+        let held = each.map(|((&n, &weight), known)| {
+            known.unwrap_or_else(|| HeldNode { key: key(n), weight, anchor: beside(n).unwrap_or_else(|| from_hand(n)) })
         });
-        Ok(self.attachment)
+        let held: Vec<HeldNode> = held.collect();
+        self.brush.set_weights(held.iter().map(|held| held.weight), nodes);
+        self.attachment = Some(Attachment { initial_rotation, nodes: held, count: nodes.len(), numbering });
+        Ok(())
     }
 
-    /// Mean rotation vector from the region to its rest shape rotated by `turn`, rad.
-    fn rotation_error(&self, nodes: &Nodes, turn: UnitQuaternion<f64>) -> Vec3 {
-        let [now, rest] = [&nodes.x, &nodes.rest].map(|field| self.brush.mean(field));
+    /// Mean position of the region relative to the hand at zero force, in axes of the hand, m.
+    fn mean_anchor(&self, attachment: &Attachment) -> Vec3 {
+        self.brush.fraction.iter().zip(&attachment.nodes).map(|(fraction, held)| *fraction * held.anchor).sum()
+    }
+
+    /// Mean rotation vector from the region to where the hand, with this rotation, holds it, rad.
+    fn rotation_error(&self, nodes: &Nodes, attachment: &Attachment, rotation: UnitQuaternion<f64>) -> Vec3 {
+        let (now, centre) = (self.brush.mean(&nodes.x), self.mean_anchor(attachment));
         let (mut inertia, mut moment) = (Matrix3::zeros(), Vec3::zeros());
-        for (&n, fraction) in self.brush.nodes.iter().zip(&self.brush.fraction) {
-            let (d, wanted) = (nodes.x[n as usize] - now, turn * (nodes.rest[n as usize] - rest));
+        for ((&n, fraction), held) in self.brush.nodes.iter().zip(&self.brush.fraction).zip(&attachment.nodes) {
+            let (d, wanted) = (nodes.x[n as usize] - now, rotation * (held.anchor - centre));
             inertia += *fraction * (d.norm_squared() * Matrix3::identity() - d * d.transpose());
             moment += *fraction * d.cross(&wanted);
         }
         // Collinear nodes have no rotation about their line, and the inertia is singular.
         inertia.try_inverse().map_or(Vec3::zeros(), |inverse| inverse * moment)
+    }
+}
+
+impl Attachment {
+    /// The held node with this key; its nodes must be sorted by key.
+    fn find(&self, key: NodeKey) -> Option<HeldNode> {
+        self.nodes.binary_search_by_key(&key, |held| held.key).ok().map(|at| self.nodes[at])
     }
 }

@@ -52,9 +52,7 @@ impl Session {
         if let Some(index) = ended {
             let edit = &self.plan.edits[index].clone();
             self.cut_with(tool, time, true);
-            if edit.release == Release::Keep && !edit.kind.changes_body() {
-                self.keep(time);
-            }
+            let kept = edit.release == Release::Keep && !edit.kind.changes_body() && self.keep(time);
             let slot = &mut self.tools[tool];
             let advances = std::mem::take(&mut slot.advances);
             let cut = advances > 0;
@@ -64,7 +62,6 @@ impl Session {
             // What its stroke was drawing together is let go.
             self.interactions.ties.drop_drawn(tool);
             self.warnings.tally_ended(index, advances, changed_body || has_tied);
-            let kept = edit.release == Release::Keep && !edit.kind.changes_body();
             if cut || changed_body && edit.kind.changes_topology() {
                 self.fix_layers(time);
             }
@@ -172,8 +169,9 @@ impl Session {
         }
     }
 
-    /// Makes the current shape of all bodies their rest shape.
-    fn keep(&mut self, time: f64) {
+    /// Makes the current shape of all bodies their rest shape. Returns whether any was another one.
+    fn keep(&mut self, time: f64) -> bool {
+        let mut has_changed = false;
         for index in 0..self.bodies.len() {
             let body = &mut self.bodies[index];
             if body.system.nodes.is_empty() || body.frozen.is_some() {
@@ -201,11 +199,13 @@ impl Session {
                     )
                 });
             }
+            has_changed |= body.system.nodes.x != body.system.nodes.rest;
             match body.keep(self.motion.pool()) {
                 Ok(()) => self.changed(index),
                 Err(error) => self.freeze(index, time, error.to_string()),
             }
         }
+        has_changed
     }
 
     /// Statistics of all cuts so far.

@@ -138,13 +138,15 @@ impl History {
         self.done.pop();
     }
 
-    /// The edit of a tool is over. Its state before is kept if `has_changed` says that there is anything to take back.
-    fn settle(&mut self, tool: usize, has_changed: impl FnOnce(&SavedState) -> bool) {
-        let Some(place) = self.under_way.iter().position(|(t, _)| *t == tool) else { return };
+    /// The edit of a tool is over. Its state before is kept if `has_changed` says that there is anything to take back; returns whether it is.
+    fn settle(&mut self, tool: usize, has_changed: impl FnOnce(&SavedState) -> bool) -> bool {
+        let Some(place) = self.under_way.iter().position(|(t, _)| *t == tool) else { return false };
         let (_, before) = self.under_way.remove(place);
-        if has_changed(&before) {
+        let is_recorded = has_changed(&before);
+        if is_recorded {
             self.push(before);
         }
+        is_recorded
     }
 
     /// Records the state before a change of the sculpt layers. Changes of the strength of the same layer, `strength_of`, right after each other are one.
@@ -304,12 +306,17 @@ impl Session {
         }
     }
 
-    /// The edit of a tool is over; `changed` tells whether there is anything to take back.
+    /// The edit of a tool is over; `changed` tells whether there is anything to take back. An undo of an edit that goes on beside it then goes back to
+    /// the present state: that before it was in the middle of this one.
     pub(super) fn settle(&mut self, tool: usize, changed: bool) {
-        self.editing.history.settle(tool, |before| {
+        let is_recorded = self.editing.history.settle(tool, |before| {
             let mut bodies = self.bodies.iter().zip(&before.bodies);
             changed || bodies.any(|(body, (_, before))| before.has_other_history(body))
         });
+        if is_recorded && !self.editing.history.under_way.is_empty() {
+            let now = self.save();
+            self.editing.history.under_way.iter_mut().for_each(|(_, before)| before.clone_from(&now));
+        }
     }
 
     /// Ends all active edits. Those that can be taken back do not go on.

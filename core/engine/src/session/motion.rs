@@ -25,6 +25,8 @@ pub(super) struct Motion {
     pub(super) loads: StepLoads,
     /// Balls of cells that tools need of a body; a buffer.
     pub(super) balls: Vec<Ball>,
+    /// Points of a body that tools grip, m; a buffer.
+    pub(super) grips: Vec<Vec3>,
     /// Stiffness of all bodies relative to that of the scene.
     pub(super) stiffness: StiffnessState,
 }
@@ -40,6 +42,7 @@ impl Motion {
             moved: vec![0.0; bodies],
             loads,
             balls: Vec::new(),
+            grips: Vec::new(),
             stiffness: StiffnessState::default(),
         }
     }

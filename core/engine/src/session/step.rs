@@ -94,18 +94,23 @@ impl Session {
     }
 
     fn move_regions(&mut self, time: f64) {
-        let mut balls = std::mem::take(&mut self.motion.balls);
+        let (mut balls, mut grips) = (std::mem::take(&mut self.motion.balls), std::mem::take(&mut self.motion.grips));
         for index in 0..self.bodies.len() {
             let body = &mut self.bodies[index];
             if body.frozen.is_some() {
                 continue;
             }
             balls.clear();
+            grips.clear();
             // A body that is simulated as a whole has no region to move.
             if !body.discretization.is_whole() {
                 for slot in &mut self.tools {
                     balls.extend(slot.tool.required_ball(index, body, &slot.hand, time));
+                    grips.extend(slot.tool.grip_on(index));
                 }
+            }
+            if let Some(lattice) = body.discretization.lattice_mut() {
+                lattice.set_grips(&grips);
             }
             let Body { model, skin, system, discretization, fixings, .. } = body;
             let start = Instant::now();
@@ -122,7 +127,7 @@ impl Session {
             }
             self.check_patience(index, Stage::Region, time, start);
         }
-        self.motion.balls = balls;
+        (self.motion.balls, self.motion.grips) = (balls, grips);
     }
 
     fn touch(&mut self, time: f64) {

@@ -134,6 +134,12 @@ impl Tool {
         self.action.as_ref().is_some_and(|action| action.is_gripping())
     }
 
+    /// The point of the rest shape (m) where it grips body number `index`; `None` if it grips none.
+    pub(crate) fn grip_on(&self, index: usize) -> Option<Vec3> {
+        let at = self.contact().filter(|_| self.is_gripping())?;
+        (at.body as usize == index).then_some(at.rest)
+    }
+
     /// Whether it is in contact with sheets as a fingertip, in the active edit.
     pub fn is_fingertip(&self) -> bool {
         self.action.as_ref().is_some_and(|action| action.is_fingertip())

@@ -22,6 +22,9 @@ const REST_DISPLACEMENT: f64 = 1e-6;
 const REST_DISPLACEMENT_WITH_HISTORY: f64 = 1e-4;
 /// Largest speed of a node at rest, in edges of a cell per second.
 const REST_SPEED: f64 = 1e-3;
+/// Share of the cells of a body from which on a region takes in all of them: the few left would hold it like a hinge, about which a contact would swing
+/// the body.
+const NEARLY_WHOLE: f64 = 0.9;
 /// Steps between two checks whether cells that contacts have left are back at rest.
 const RELEASE_INTERVAL: u32 = 32;
 
@@ -42,14 +45,14 @@ impl Lattice {
         let wanted = if self.is_whole() { &whole } else { wanted };
         self.steps += 1;
         let is_covered = self.is_covered(wanted);
-        if !self.needs_rebuild && is_covered {
+        if !self.needs_rebuild && !self.has_new_grips && is_covered {
             let is_due = !self.is_whole() && !self.region.cell_id.is_empty() && self.steps >= RELEASE_INTERVAL;
             if !(is_due && self.can_release_cells(wanted, system)) {
                 return Ok(false);
             }
         }
         let only_cut = self.needs_rebuild && is_covered && !self.grid_region.cell_id.is_empty();
-        (self.steps, self.needs_rebuild) = (0, false);
+        (self.steps, self.needs_rebuild, self.has_new_grips) = (0, false, false);
         if !only_cut {
             self.request_region(wanted, system)?;
         }
@@ -65,6 +68,13 @@ impl Lattice {
         let keep: Vec<u64> = self.lasting_cells(system).collect();
         let region = if self.has_cuts() { &mut self.grid_region } else { &mut self.spare };
         self.source.region(self.settings.level, self.families, wanted, &keep, region)?;
+        let all = (self.facts.surface_cells + self.facts.inside_cells) as usize;
+        let has_room = !wanted.is_empty() && all <= self.most_cells;
+        self.is_nearly_whole = has_room && region.cell_id.len() as f64 >= NEARLY_WHOLE * all as f64;
+        if self.is_nearly_whole && region.cell_id.len() < all {
+            let whole = [Ball { centre: self.facts.origin, radius: f64::INFINITY }];
+            self.source.region(self.settings.level, self.families, &whole, &keep, region)?;
+        }
         if region.cell_id.len() > self.most_cells {
             return Err(LatticeError::Memory { cells: region.cell_id.len(), most: self.most_cells });
         }
@@ -126,6 +136,9 @@ impl Lattice {
 
     /// Whether a cell outside the wanted balls is back at rest.
     fn can_release_cells(&self, wanted: &[Ball], system: &System) -> bool {
+        if self.is_nearly_whole {
+            return false;
+        }
         let mut moving = self.lasting_cells(system).peekable();
         self.region.cell_id.iter().zip(&self.region.cell_corners).any(|(id, corners)| {
             while moving.peek().is_some_and(|u| u < id) {
@@ -174,7 +187,7 @@ impl Lattice {
         let old_node = self.transfer_nodes(&mut system.nodes);
         self.update_smooth_embedding()?;
         self.find_pinned(&system.nodes);
-        self.constrain(fixings, &mut system.nodes);
+        self.constrain(fixings, &mut system.nodes)?;
         self.list_elements(system)?;
         self.list_fields(system);
         self.list_directions(system);
@@ -246,8 +259,21 @@ impl Lattice {
         old_node
     }
 
+    /// Sets the points of the rest shape that hands grip, m. From two on they hold what they grip, each other's reactions included.
+    pub fn set_grips(&mut self, grips: &[Vec3]) {
+        let grips = if grips.len() < 2 { &[] } else { grips };
+        if self.grips != grips {
+            self.grips.clear();
+            self.grips.extend_from_slice(grips);
+            self.has_new_grips = true;
+        }
+    }
+
     /// Constrains nodes: those of fixings, pinned ones, those on the border of the region, and those outside of all contact balls.
-    pub(super) fn constrain(&mut self, fixings: &[Fixing], nodes: &mut Nodes) {
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub(super) fn constrain(&mut self, fixings: &[Fixing], nodes: &mut Nodes) -> Result<(), LatticeError> {
         let n = nodes.x.len();
         nodes.constraint.clear();
         nodes.constraint.resize(n, Constraint::Free);
@@ -273,7 +299,7 @@ impl Lattice {
                 if !self.keeps_displaced {
                     self.returning.push(i as u32);
                 }
-            } else if !self.keeps_displaced && !self.contact_balls.iter().any(inside) {
+            } else if !self.keeps_displaced && !self.is_nearly_whole && !self.contact_balls.iter().any(inside) {
                 nodes.constraint[i] = Constraint::Fixed;
                 self.returning.push(i as u32);
             }
@@ -281,8 +307,9 @@ impl Lattice {
         let balls = if self.keeps_displaced { &self.last_contact_balls } else { &self.contact_balls };
         let has_contact = !balls.is_empty();
         if !self.is_whole() && has_contact {
-            self.constrain_detached_parts(nodes);
+            self.constrain_detached_parts(nodes)?;
         }
+        Ok(())
     }
 
     /// Lists the elements of every kind that the material asks for.

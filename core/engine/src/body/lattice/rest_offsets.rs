@@ -137,7 +137,7 @@ impl Lattice {
     }
 
     /// The key of an active node.
-    pub(super) fn node_key(&self, node: u32) -> NodeKey {
+    pub(in crate::body) fn node_key(&self, node: u32) -> NodeKey {
         NodeKey { node: self.region.node_id[node as usize], copy: self.region.node_copy[node as usize] }
     }
 }

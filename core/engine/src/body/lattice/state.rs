@@ -21,6 +21,7 @@ pub struct LatticeState {
     pub(super) bindings: PointBindings,
     pub(super) needs_rebuild: bool,
     pub(super) steps: u32,
+    pub(super) is_nearly_whole: bool,
     pub(super) paint: LatticePaint,
 }
 
@@ -43,6 +44,7 @@ impl Lattice {
             bindings: self.bindings.clone(),
             needs_rebuild: self.needs_rebuild,
             steps: self.steps,
+            is_nearly_whole: self.is_nearly_whole,
             paint: self.paint.clone(),
         }
     }
@@ -62,6 +64,8 @@ impl Lattice {
         let state = state.clone();
         (self.region, self.spare) = (Region::default(), state.region);
         self.grid_region.clear();
+        // Tools let go.
+        self.grips.clear();
         self.contact_balls = state.contact_balls;
         self.last_contact_balls = state.last_contact_balls;
         self.rest_offsets = state.rest_offsets;
@@ -69,15 +73,20 @@ impl Lattice {
         self.bindings = state.bindings;
         self.needs_rebuild = state.needs_rebuild;
         self.steps = state.steps;
+        self.is_nearly_whole = state.is_nearly_whole;
         self.paint = state.paint;
         self.replace_region(model, fixings, skin, system)
     }
 
     /// Constrains pinned nodes once more after a restore has put nodes where they were: away from rest, pins change what is held around them.
-    pub fn restore_pins(&mut self, fixings: &[Fixing], nodes: &mut Nodes) {
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub fn restore_pins(&mut self, fixings: &[Fixing], nodes: &mut Nodes) -> Result<(), LatticeError> {
         if self.has_pins() {
             self.find_pinned(nodes);
-            self.constrain(fixings, nodes);
+            self.constrain(fixings, nodes)?;
         }
+        Ok(())
     }
 }
