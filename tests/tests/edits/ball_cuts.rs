@@ -22,7 +22,7 @@ pub fn cut_ball(lines: &[[Vec3; 2]], is_mirrored: bool) -> Session {
     bench.write("model.obj", obj);
     let material = DraftMaterial::Solid { plugin: "mass-spring".into(), preset: SOLIDS[1], level: LEVEL };
     let mesh = bench.path("model.obj");
-    let draft = Draft { mesh, scale: 1.0, size: 2.0 * RADIUS, subdivide: false, material, dt: 1e-3 };
+    let draft = Draft { mesh, scale: 1.0, size: 2.0 * RADIUS, subdivide: false, weld: None, material, dt: 1e-3 };
     let mut session = open_drafted(&bench.write("scene.toml", draft.to_toml(&bench.path(""))));
     let axes = [is_mirrored, false, false];
     assert!(session.apply(SessionCommand::SetSymmetry { axes, centre: Vec3::zeros() }));

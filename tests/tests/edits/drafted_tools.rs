@@ -36,7 +36,7 @@ fn drafted(bench: &Bench, kind: &str) -> (Session, Draft) {
             (bench.path("beam.msh"), 1e-3, 0.16, solid("neo-hookean"), 1e-3)
         }
     };
-    let draft = Draft { mesh, scale, size, subdivide: false, material, dt };
+    let draft = Draft { mesh, scale, size, subdivide: false, weld: None, material, dt };
     let mut session = open_drafted(&bench.write("scene.toml", draft.to_toml(&bench.path(""))));
     session.keep_history();
     (session, draft)
