@@ -22,8 +22,8 @@ const REST_DISPLACEMENT: f64 = 1e-6;
 const REST_DISPLACEMENT_WITH_HISTORY: f64 = 1e-4;
 /// Largest speed of a node at rest, in edges of a cell per second.
 const REST_SPEED: f64 = 1e-3;
-/// Share of the cells of a body from which on a region takes in all of them: the few left would hold it like a hinge, about which a contact would swing
-/// the body.
+/// Share of the cells of a body from which on a region takes in all of them if the material has a history, or two hands grip the body: the few left
+/// would hold it like a hinge that flows, or that hinders the hands.
 const NEARLY_WHOLE: f64 = 0.9;
 /// Steps between two checks whether cells that contacts have left are back at rest.
 const RELEASE_INTERVAL: u32 = 32;
@@ -69,7 +69,9 @@ impl Lattice {
         let region = if self.has_cuts() { &mut self.grid_region } else { &mut self.spare };
         self.source.region(self.settings.level, self.families, wanted, &keep, region)?;
         let all = (self.facts.surface_cells + self.facts.inside_cells) as usize;
-        let has_room = !wanted.is_empty() && all <= self.most_cells;
+        let flows = system.sets.iter().any(|set| set.has(abi::HAS_HISTORY));
+        let is_free = flows || !self.grips.is_empty();
+        let has_room = is_free && !wanted.is_empty() && all <= self.most_cells;
         self.is_nearly_whole = has_room && region.cell_id.len() as f64 >= NEARLY_WHOLE * all as f64;
         if self.is_nearly_whole && region.cell_id.len() < all {
             let whole = [Ball { centre: self.facts.origin, radius: f64::INFINITY }];
