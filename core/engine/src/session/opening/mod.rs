@@ -197,7 +197,7 @@ impl<'a> Opening<'a> {
         let (asked, threads) = self.options.thread_counts();
         let has_seams = self.seams.iter().any(|seams| !seams.is_empty());
         let sleep = Sleep::new(scene.time.sleep.as_ref().map_or(0.0, |s| s.get_ref().si), count);
-        let loads = StepLoads::new(tools.len(), has_seams);
+        let loads = StepLoads::new(tools.len(), if has_seams { count } else { 0 });
         let motion =
             Motion::new(Workers::new(asked, threads, count), StepLimits::new(&scene.time), sleep, loads, count);
         let obstacles = Obstacles::new(obstacles, places, count);
