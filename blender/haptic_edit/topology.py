@@ -69,13 +69,17 @@ def _rebuild(
         _new_vertex(mesh, parents.get(vertex), known)
     mesh.verts.ensure_lookup_table()
     old = list(mesh.faces)
+    turned = {face for face in cut if _is_turned(old[face], of_face.get(face, []), rest)}
     for face in cut:
+        order = slice(None, None, -1) if face in turned else slice(None)
         for triangle, rows in zip(of_face.get(face, []), weights[face], strict=True):
-            made = _new_face(mesh, triangle, old[face])
+            made = _new_face(mesh, triangle[order], old[face])
             if made is not None:
-                _interpolate_loops(mesh, made, (old[face], faces[face]), rows)
+                _interpolate_loops(mesh, made, (old[face], faces[face]), rows[order])
+    # Walls turn as what they meet does.
+    order = slice(None, None, -1) if 2 * len(turned) > len(cut) else slice(None)
     for triangle in of_face.get(len(faces), []):
-        made = _new_face(mesh, triangle, None)
+        made = _new_face(mesh, triangle[order], None)
         if made is not None:
             made.material_index = slot
     bmesh.ops.delete(mesh, geom=[old[face] for face in cut], context="FACES_ONLY")
@@ -85,6 +89,17 @@ def _rebuild(
 def _is_whole(face: list[int], triangles: list[np.ndarray]) -> bool:
     """Whether triangles are those of the face itself, with all its vertices and no other."""
     return len(triangles) == len(face) - 2 and set(np.concatenate(triangles).tolist()) == set(face)
+
+
+def _is_turned(face: bmesh.types.BMFace, triangles: list[np.ndarray], rest: np.ndarray) -> bool:
+    """Whether the triangles of a face run the other way round than it: the engine takes faces that are turned over the right way round."""
+    own = _area_vector(rest[[vertex.index for vertex in face.verts]])
+    return bool(sum((own @ _area_vector(rest[triangle]) for triangle in triangles), 0.0) < 0)
+
+
+def _area_vector(places: np.ndarray) -> np.ndarray:
+    """Twice the vector area of a polygon."""
+    return np.cross(places, np.roll(places, -1, axis=0)).sum(axis=0)
 
 
 def _weights(triangle: np.ndarray, face: list[int], rest: np.ndarray) -> np.ndarray:

@@ -139,8 +139,6 @@ def test_a_cut_parts_a_cube_and_keeps_what_it_had(empty):
             assert weights.get(low, 0.0) == pytest.approx(float(vertex.co.z < 0))
     # No face is left without its neighbour.
     assert mesh.validate() is False
-    import bmesh
-
     whole = bmesh.new()
     whole.from_mesh(mesh)
     assert all(edge.is_manifold for edge in whole.edges)
@@ -304,6 +302,28 @@ def test_cloth_stretches_less_where_its_group_is_stiff(empty):
         stretch[factor] = np.linalg.norm(coordinates(obj) - before, axis=1).max()
         editing.close()
     assert stretch[0.1] > stretch[1.0] > stretch[10.0] > 0, stretch
+
+
+def test_a_mesh_that_is_inside_out_is_parted_and_stays_inside_out(empty):
+    obj = add_grid_cube(cuts=6)
+    obj.data.flip_normals()
+    name = obj.name
+    bpy.ops.ed.undo_push(message="start")
+    editing = empty.mode.Editing(obj)
+    bpy.context.scene.haptic_edit.plugin = "mass-spring"
+    for _ in range(5):
+        stroke(empty, editing, "cut", [(-0.15 + 0.01 * i, 0.013) for i in range(31)], frames=2)
+        if not editing.take_warnings():
+            break
+        bpy.ops.ed.undo()
+        obj = bpy.data.objects[name]
+    editing.close()
+    whole = bmesh.new()
+    whole.from_mesh(obj.data)
+    assert any(face.material_index == 1 for face in whole.faces), "it has walls"
+    assert all(edge.is_contiguous for edge in whole.edges), "neighbours run the same way round"
+    assert whole.calc_volume(signed=True) == pytest.approx(-(0.2**3), rel=0.02)
+    whole.free()
 
 
 def test_a_mesh_in_pieces_is_reported_with_what_joins_them(empty):
