@@ -45,9 +45,9 @@ fn plan_text(report: &PlanReport, session: &Session) -> String {
             edges => format!(", open: {edges} border edges"),
         };
         lines.push(format!("body `{name}`: {vertices} vertices, {triangles} triangles, {discretization}{border}"));
-        lines.extend(
-            body.welded_vertices.map(|count| format!("  {count} vertices of borders welded to others at their places")),
-        );
+        if body.welded_vertices > 0 {
+            lines.push(format!("  {} vertices of borders welded to others at their places", body.welded_vertices));
+        }
         let divided = choices.subdivisions.iter().filter(|s| s.body == *name);
         lines.extend(divided.map(|s| format!("  faces divided {} times: {}", s.level, s.why)));
         lines.extend(

@@ -107,8 +107,7 @@ pub struct BodySummary {
     /// Number of edges with a single triangle; 0 for a closed model.
     pub border_edges: usize,
     /// Number of vertices of borders that `weld` has joined to others.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub welded_vertices: Option<usize>,
+    pub welded_vertices: usize,
     /// Why the body was frozen, if it was.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frozen: Option<String>,
@@ -238,7 +237,7 @@ pub fn summarize_bodies(session: &Session) -> Vec<BodySummary> {
         edge: body.discretization.edge(),
         cells: grid(body).map(|lattice| lattice.facts.surface_cells + lattice.facts.inside_cells),
         border_edges: border_edges(body),
-        welded_vertices: Some(body.model.document.welds().len()).filter(|count| *count > 0),
+        welded_vertices: body.model.document.welds().len(),
         frozen: body.frozen.clone(),
     };
     session.bodies.iter().map(summary).collect()

@@ -64,7 +64,7 @@ fn ball(random: &mut Random) -> (Vec<Vec3>, String) {
                 [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)].map(|(r, k)| number(r, k));
             let triangles = if 2 * column < columns { [[a, c, b], [a, d, c]] } else { [[a, d, b], [b, d, c]] };
             for t in triangles.iter().filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) {
-                text += &format!("f {} {} {}\n", t[0], t[1], t[2]);
+                text += &format!("f {} {} {}\n", t[0], t[2], t[1]);
             }
         }
     }
