@@ -176,10 +176,11 @@ impl App {
             return hit;
         }
         if model.hand.is_busy() {
+            // Where the button was let go, the pointer may have come since the last frame.
+            if let Some(ray) = ray.filter(|_| is_down || ui.input(|input| input.pointer.primary_released())) {
+                model.hand.follow(ray, hit.map(|picked| picked.hit.at));
+            }
             if is_down {
-                if let Some(ray) = ray {
-                    model.hand.follow(ray, hit.map(|picked| picked.hit.at));
-                }
                 model.hand.advance(dt);
             } else if model.hand.finish(dt, model.tool().map(|tool| tool.hand), radius) {
                 self.log.event("stroke ends", &[("tool", tool.name().into())]);
