@@ -6,6 +6,7 @@ use super::{Action, EditKind};
 use crate::body::NOT_EMBEDDED;
 use crate::plan::Edit;
 use crate::tool::Tool;
+use pliant_mesh::geometry::place_bits;
 use pliant_solver::Vec3;
 use std::collections::BTreeMap;
 
@@ -83,13 +84,8 @@ fn to_mean(from: Vec3, others: impl Iterator<Item = Vec3>) -> Vec3 {
     if count > 0.0 { sum / count - from } else { Vec3::zeros() }
 }
 
-/// Bits of a rest position.
+/// Bits of a rest position, see [`place_bits`].
 type PlaceBits = [u64; 3];
-
-/// The rest position of a vertex as bits, with one zero.
-fn place_bits(rest: Vec3) -> PlaceBits {
-    rest.map(|x| (x + 0.0).to_bits()).into()
-}
 
 /// The cell that carries a vertex, and its rest position. Vertices at one place on two sides of a cut have different cells.
 fn place(region: &BrushRegion<'_>, v: u32) -> (u32, PlaceBits) {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub(super) struct Editing {
     /// States that can be undone and redone, and statistics of cuts.
     pub(super) history: History,
-    /// Sculpt layers.
+    /// Sculpt layers, each with its strength, and where strokes go.
     pub(super) layers: SculptLayers,
     /// Bodies that were split, and their parts.
     pub(super) divided: DividedBodies,

@@ -11,4 +11,4 @@ pub use closest::{Closest, closest_point};
 pub use cube::meets_cube;
 pub use ray::{RayHit, cast, meet};
 pub use tree::TriangleTree;
-pub use vector::Vec3;
+pub use vector::{Vec3, place_bits};

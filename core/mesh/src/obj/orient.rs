@@ -28,8 +28,8 @@ struct Component {
     area: f64,
     /// Enclosed volume with these turned, cubed units.
     volume: f64,
-    /// Sides on the border.
-    border: Vec<u32>,
+    /// Lower and upper corner of its box, units.
+    bounds: [Vec3; 2],
     /// Largest area that the holes can have, squared units.
     holes: f64,
 }
@@ -57,27 +57,22 @@ impl ObjDocument {
     /// triangles, and of parts with one side only.
     pub fn faces_turned_over(&self, surface: &Surface) -> Vec<u32> {
         let mut of = Orientation::new(surface);
-        let mut components = of.components();
+        let components = of.components();
         let closed: Vec<usize> = (0..components.len()).filter(|c| components[*c].is_closed()).collect();
-        for number in 0..components.len() {
-            let component = &components[number];
+        for (number, component) in components.iter().enumerate() {
             if !component.is_orientable {
                 component.triangles.iter().for_each(|t| of.is_turned[*t as usize] = false);
                 continue;
             }
-            let is_mixed = component.turned_area > 0.0;
-            let is_outside_in = component.is_closed() && (component.volume < 0.0);
-            let turns_all = match component.is_closed() {
-                true if is_mixed || is_outside_in => match of.is_inside_another(number, &components, &closed) {
-                    true => 2.0 * component.turned_area > component.area,
-                    false => is_outside_in,
-                },
-                true => false,
+            let is_sound = component.turned_area == 0.0 && component.volume > 0.0;
+            let has_outside =
+                component.is_closed() && (is_sound || !of.is_inside_another(number, &components, &closed));
+            let turns_all = match has_outside {
+                true => component.volume < 0.0,
                 false => 2.0 * component.turned_area > component.area,
             };
             if turns_all {
                 component.triangles.iter().for_each(|t| of.is_turned[*t as usize] ^= true);
-                components[number].volume *= -1.0;
             }
         }
         let mut faces: Vec<u32> =
@@ -148,8 +143,10 @@ impl<'a> Orientation<'a> {
             if std::mem::replace(&mut is_known[seed], true) {
                 continue;
             }
-            let mut component = Component { triangles: vec![seed as u32], is_orientable: true, ..Component::default() };
-            let mut next = 0;
+            let bounds = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
+            let mut component =
+                Component { triangles: vec![seed as u32], is_orientable: true, bounds, ..Component::default() };
+            let (mut next, mut border) = (0, Vec::new());
             while let Some(&t) = component.triangles.get(next) {
                 next += 1;
                 let turned = self.is_turned[t as usize];
@@ -163,7 +160,7 @@ impl<'a> Orientation<'a> {
                 for side in 3 * t..3 * t + 3 {
                     let [a, _] = ends(self.surface, side);
                     match self.beside[side as usize] {
-                        NO_SIDE => component.border.push(side),
+                        NO_SIDE => border.push(side),
                         other => meet(other / 3, turned ^ (ends(self.surface, other)[0] == a), &mut component),
                     }
                 }
@@ -175,11 +172,14 @@ impl<'a> Orientation<'a> {
                 let triangle = self.surface.triangles[t as usize];
                 let cross = self.surface.cross(&triangle);
                 let (area, volume) = (0.5 * cross.norm(), (points[triangle[0] as usize] - centre).dot(&cross) / 6.0);
+                for point in triangle.map(|v| points[v as usize]) {
+                    component.bounds = [component.bounds[0].inf(&point), component.bounds[1].sup(&point)];
+                }
                 component.area += area;
                 component.turned_area += if turned { area } else { 0.0 };
                 component.volume += if turned { -volume } else { volume };
             }
-            component.holes = hole_area(self.surface, &component.border);
+            component.holes = hole_area(self.surface, &border);
             found.push(component);
         }
         found
@@ -187,18 +187,18 @@ impl<'a> Orientation<'a> {
 
     /// Whether a component is inside of another one that is closed.
     fn is_inside_another(&self, number: usize, components: &[Component], closed: &[usize]) -> bool {
-        let first = components[number].triangles[0];
-        let point = self.surface.points[self.surface.triangles[first as usize][0] as usize];
-        let windings = closed.iter().filter(|other| **other != number).map(|other| {
-            let angle = |t: &u32| {
-                let angle =
-                    solid_angle(self.surface.triangles[*t as usize].map(|v| self.surface.points[v as usize] - point));
-                if self.is_turned[*t as usize] { -angle } else { angle }
-            };
-            components[*other].triangles.iter().map(angle).sum::<f64>()
-        });
+        let at = |t: u32| self.surface.triangles[t as usize].map(|v| self.surface.points[v as usize]);
+        let [point, ..] = at(components[number].triangles[0]);
+        let is_in_box = |[low, high]: [Vec3; 2]| low.inf(&point) == low && high.sup(&point) == high;
+        let angle = |t: &u32| {
+            let angle = solid_angle(at(*t).map(|corner| corner - point));
+            if self.is_turned[*t as usize] { -angle } else { angle }
+        };
+        let others = closed.iter().filter(|other| **other != number).map(|other| &components[*other]);
+        let mut windings =
+            others.filter(|other| is_in_box(other.bounds)).map(|other| other.triangles.iter().map(angle).sum::<f64>());
         // 4 pi inside, 0 outside, in between beside a hole.
-        windings.into_iter().any(|angle| angle.abs() > 2.0 * std::f64::consts::PI)
+        windings.any(|winding| winding.abs() > 2.0 * std::f64::consts::PI)
     }
 }
 

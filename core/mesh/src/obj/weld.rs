@@ -8,13 +8,15 @@ use std::collections::HashMap;
 
 use super::ObjDocument;
 use crate::check::FOLDED;
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, place_bits};
 use crate::{DisjointSets, Side, Surface};
 
 /// Comment in a file that a program of this engine has written after a cut through a surface without an inside: its slits look like borders that are to be welded.
 pub const CUT_BORDERS: &str = "# borders that lie together are cuts";
 /// Place of a vertex that is on no border.
 const NO_PLACE: u32 = u32::MAX;
+/// Number of a box of the grid of places from which on neighbours are no longer distinguished in double precision, 2^52.
+const FARTHEST: f64 = 4_503_599_627_370_496.0;
 
 impl ObjDocument {
     /// Pairs of vertices of borders of `surface`, the surface of this document, at most `distance` (units of its points) apart, in ascending order, each with the one that [`Self::weld`] puts in its place, the first of the file.
@@ -117,25 +119,28 @@ impl ObjDocument {
 
 /// Numbers of places of the vertices for which `is_border` holds: the first vertex of those that lie together; [`NO_PLACE`] for others.
 fn places(points: &[Vec3], is_border: &[bool], distance: f64) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..points.len() as u32).filter(|v| is_border[*v as usize]).collect();
+    let of_borders = || (0..points.len() as u32).filter(|v| is_border[*v as usize]);
     let at = |v: u32| points[v as usize];
-    order.sort_by(|a, b| at(*a).x.total_cmp(&at(*b).x).then(a.cmp(b)));
     let mut sets = DisjointSets::new(points.len());
     if distance > 0.0 {
-        for (index, &v) in order.iter().enumerate() {
-            let near = order[index + 1..].iter().take_while(|other| at(**other).x - at(v).x <= distance);
-            near.filter(|other| (at(**other) - at(v)).norm() <= distance).for_each(|other| sets.unite(v, *other));
+        // What is that near lies in the same or a neighbouring box of a grid.
+        let mut boxes: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+        for v in of_borders() {
+            let [x, y, z]: [i64; 3] = (at(v) / distance).map(|c| c.floor().clamp(-FARTHEST, FARTHEST) as i64).into();
+            let around = (0..27).map(|i| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1]);
+            for other in around.filter_map(|key| boxes.get(&key)).flatten() {
+                if (at(*other) - at(v)).norm() <= distance {
+                    sets.unite(v, *other);
+                }
+            }
+            boxes.entry([x, y, z]).or_default().push(v);
         }
     } else {
-        // Zeros of both signs are one place.
         let mut known: HashMap<[u64; 3], u32> = HashMap::new();
-        for &v in &order {
-            let first = *known.entry(at(v).map(|c| (c + 0.0).to_bits()).into()).or_insert(v);
-            sets.unite(v, first);
-        }
+        of_borders().for_each(|v| sets.unite(v, *known.entry(place_bits(at(v))).or_insert(v)));
     }
     let mut places = vec![NO_PLACE; points.len()];
-    order.iter().for_each(|v| places[*v as usize] = sets.find(*v));
+    of_borders().for_each(|v| places[v as usize] = sets.find(v));
     places
 }
 

@@ -9,7 +9,7 @@ use super::quadratic::{self, Divided, PARTS};
 use super::raw::{RawCell, RawMesh};
 use super::words::Located;
 use super::{Note, TetMesh};
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, place_bits};
 use std::path::PathBuf;
 
 /// Six times the volume of a tetrahedron over the cube of its longest edge, below which it is refused as flat: rounding of coordinates with eight digits
@@ -243,8 +243,7 @@ fn unfolded(
 
 /// Notes nodes at one place.
 fn coincident(points: &[Vec3], node_number: &[u64], notes: &mut Vec<Note>) {
-    // -0 is at the place of 0.
-    let place = |node: u32| <[f64; 3]>::from(points[node as usize]).map(|c| (c + 0.0).to_bits());
+    let place = |node: u32| place_bits(points[node as usize]);
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
     order.sort_unstable_by_key(|node| (place(*node), *node));
     let pairs = || order.windows(2).filter(|pair| place(pair[0]) == place(pair[1]));
