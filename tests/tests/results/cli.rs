@@ -139,14 +139,20 @@ fn settings_take_the_place_of_what_the_scene_says() {
 /// `pliant` beside a program of the window that does what a script says.
 #[cfg(unix)]
 fn doctor(bench: &Bench, script: Option<&str>, args: &[&str]) -> std::process::Output {
-    use std::os::unix::fs::PermissionsExt;
     let own = bench.path("pliant");
-    std::fs::copy(pliant_tests::program(), &own).expect("copied");
+    install(&pliant_tests::program(), &own);
     if let Some(script) = script {
-        let window = bench.write("pliant-window", format!("#!/bin/sh\n{script}\n"));
-        std::fs::set_permissions(&window, std::fs::Permissions::from_mode(0o755)).expect("a program");
+        install(&bench.write("window.sh", format!("#!/bin/sh\n{script}\n")), &bench.path("pliant-window"));
     }
     std::process::Command::new(own).arg("doctor").args(args).env("PATH", "/usr/bin:/bin").output().expect("it starts")
+}
+
+/// Copies a program, in a process of its own: a file this process had open for writing may be held open by a child
+/// that another test's thread started meanwhile, and a program that is open for writing does not start (`ETXTBSY`).
+#[cfg(unix)]
+fn install(from: &std::path::Path, to: &std::path::Path) {
+    let status = std::process::Command::new("install").args(["-m", "755"]).arg(from).arg(to).status();
+    assert!(status.expect("`install` starts").success(), "{} was not copied", from.display());
 }
 
 #[test]
