@@ -2,7 +2,7 @@
 
 use pliant_engine::session::Session;
 use pliant_mesh::geometry::Vec3;
-use pliant_mesh::testing::{Random, scan};
+use pliant_mesh::testing::{Random, apart, scan};
 use pliant_solver::{Pool, StepTime};
 use pliant_tests::{Bench, asked_cases, open, open_file};
 
@@ -371,6 +371,45 @@ fn a_pressed_block_passes_the_force_on_to_the_box_below() {
     assert!(session.redo() && session.bodies[0].system.nodes.x == kept, "redo comes back to the byte");
     run(&mut session, 0.9);
     assert!(deepest(&mut session) < 1e-5);
+}
+
+/// A vertex for each corner, and faces that are turned over, change nothing of an obstacle.
+#[test]
+fn an_obstacle_in_pieces_or_turned_over_is_the_one_that_it_looks_like() {
+    for seed in 0..4 {
+        let whole = scan(seed as u32 % 3, 400, 0, 90 + seed).document();
+        let pieces = apart(&whole, |face| face);
+        let mut turned = 0;
+        let some_turned = pieces.text.lines().map(|line| {
+            turned += usize::from(line.starts_with("f "));
+            let corners: Vec<&str> = line.split(' ').collect();
+            match corners[..] {
+                ["f", a, b, c] if turned % 3 == 0 => format!("f {a} {c} {b}\n"),
+                _ => format!("{line}\n"),
+            }
+        });
+        let some_turned: String = some_turned.collect();
+        let as_written = String::from_utf8(whole.bytes().to_vec()).expect("text");
+        let positions = [&as_written, &pieces.text, &some_turned].map(|rock| {
+            let bench = Bench::new();
+            bench.write("rock.obj", rock);
+            let scene = "format = 1\ngravity = [0, 0, -9.81]\n[time]\nduration = 0.1\nintegrator = \"backward-euler\"\n[[body]]\n\
+                shape = { kind = \"box\", cells = 8, size = [0.06, 0.06, 0.06] }\nposition = [0, 0, 0.08]\nmaterial = { plugin = \"corotational\" }\n\
+                grid = { level = 3, region = \"whole\" }\n[[obstacle]]\nname = \"rock\"\nmesh = \"rock.obj\"\nsize = 0.1\n";
+            let mut session = open_file(&bench.write("scene.toml", scene), 1, None);
+            let fallen = 0.03 + 0.5 * G * 0.15 * 0.15;
+            run(&mut session, 0.15);
+            let x = session.bodies[0].system.nodes.x.clone();
+            let lowest = x.iter().fold(f64::INFINITY, |low, p| low.min(p.z));
+            assert!(lowest > 0.08 - 0.03 - fallen, "scan {seed}: the body has met the obstacle");
+            x
+        });
+        let size = 0.1;
+        for x in &positions[1..] {
+            let apart = x.iter().zip(&positions[0]).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            assert!(apart < 1e-9 * size, "scan {seed}: {apart} m apart");
+        }
+    }
 }
 
 #[test]

@@ -1,9 +1,13 @@
-//! A model in pieces that lie together is with `weld = true` the model that it looks like, and one with faces turned over always: in its steps, in cuts and in files.
+//! A model in pieces that lie together is the model that it looks like, and so is one with faces turned over: in its steps, in cuts and in files.
 
+use pliant_engine::plan::Plan;
+use pliant_engine::scene;
+use pliant_engine::session::{Options, Session, WarningCode};
+use pliant_host::SearchPath;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::{Apart, Random, apart, document, models};
 use pliant_mesh::{ObjDocument, Surface};
-use pliant_tests::Bench;
+use pliant_tests::{Bench, deps};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -69,7 +73,7 @@ fn compare(
     let first = apart(whole, |_| 0);
     let row_of: HashMap<u32, usize> = first.copy_of.iter().zip(0..).map(|(vertex, row)| (*vertex, row)).collect();
     let expected = run(bench, &first.text, settings, edit, way);
-    let found = run(bench, &pieces.text, &format!("weld = true\n{settings}"), edit, way);
+    let found = run(bench, &pieces.text, settings, edit, way);
     assert_eq!(found.parts, expected.parts, "{name}");
     for (row, vertex) in pieces.copy_of.iter().enumerate() {
         let [now, then] = [found.written.positions()[row], expected.written.positions()[row_of[vertex]]];
@@ -83,7 +87,7 @@ fn compare(
     found
 }
 
-/// Closed models, each in pieces of its own: a vertex for each corner, or random patches.
+/// Closed models, each in pieces of its own: a vertex for each corner, or random patches; of every second one some faces are turned over.
 fn solids() -> Vec<(String, ObjDocument, Apart)> {
     let random = &mut Random(5);
     let all = models(6, 2).into_iter().filter(|model| model.closed && model.genus.is_some() && model.holes == 0);
@@ -91,8 +95,9 @@ fn solids() -> Vec<(String, ObjDocument, Apart)> {
         .map(|(round, model)| {
             let whole = model.document();
             let patches: Vec<usize> = whole.faces().map(|_| random.below(4) as usize).collect();
-            let pieces = apart(&whole, |face| if round % 2 == 0 { face } else { patches[face] });
-            (model.name, whole, pieces)
+            let Apart { text, copy_of } = apart(&whole, |face| if round % 2 == 0 { face } else { patches[face] });
+            let text = turned(&document(&text), |face| round / 2 % 2 == 0 && face % 5 < 2);
+            (model.name, whole, Apart { text, copy_of })
         })
         .collect()
 }
@@ -170,7 +175,7 @@ fn a_solid_with_faces_turned_over_is_pressed_and_cut_as_it_looks() {
     }
 }
 
-/// Where a sheet was cut the borders lie together, and its file says so: neither is it welded by an editor nor is there a warning.
+/// Where a sheet was cut the borders lie together, and its file says so: they are not welded, unless the scene asks for it.
 #[test]
 fn slits_of_a_sheet_are_told_from_borders_that_continue() {
     let bench = Bench::new();
@@ -180,17 +185,53 @@ fn slits_of_a_sheet_are_told_from_borders_that_continue() {
     let cut = run(&bench, &text, SHEET, CUT, [0.02, -0.02]);
     assert!(cut.written.has_cut_borders());
     let pairs = |document: &ObjDocument| document.coincident_borders(&Surface::from_document(document), 0.0).len();
-    let warned = |model: &[u8], settings: &str| {
-        run(&bench, std::str::from_utf8(model).expect("text"), settings, PULL, [0.001, 0.02]);
-        let warnings = bench.summary("out")["warnings"].clone();
-        warnings.as_array().expect("a list").iter().any(|w| w["code"] == "coincident-borders")
+    let welded = |model: &[u8], settings: &str| {
+        run(&bench, std::str::from_utf8(model).expect("text"), &format!("{settings}\n{SHEET}"), PULL, [0.001, 0.02]);
+        let summary = bench.summary("out");
+        assert_eq!(summary["warnings"].as_array().map(Vec::len), Some(0), "{}", summary["warnings"]);
+        summary["bodies"][0]["welded_vertices"].as_u64().expect("a number") as usize
     };
-    assert!(!warned(&cut.bytes, SHEET));
+    assert_eq!(welded(&cut.bytes, ""), 0);
+    // The first pull has opened the slit, so nothing is left to weld in its result.
+    assert_eq!(welded(&cut.bytes, "weld = true"), pairs(&document(std::str::from_utf8(&cut.bytes).expect("text"))));
     let pieces = apart(&whole, |face| face / 30);
-    assert!(pairs(&document(&pieces.text)) > 10);
-    assert!(warned(pieces.text.as_bytes(), SHEET));
-    assert!(!warned(pieces.text.as_bytes(), &format!("weld = false\n{SHEET}")));
-    assert!(!warned(pieces.text.as_bytes(), &format!("weld = true\n{SHEET}")));
+    let doubled = pairs(&document(&pieces.text));
+    assert!(doubled > 10);
+    for (settings, expected) in [("", doubled), ("weld = true", doubled), ("weld = false", 0)] {
+        assert_eq!(welded(pieces.text.as_bytes(), settings), expected, "{settings}");
+    }
+}
+
+/// A program that passes a mesh has chosen its vertices: they stay, and it is told, unless it says what it wants.
+#[test]
+fn a_mesh_in_memory_keeps_its_vertices_and_is_warned_of() {
+    for (name, whole, pieces) in solids() {
+        let model = document(&pieces.text);
+        let doubled = model.coincident_borders(&Surface::from_document(&model), 0.0).len();
+        for (document, weld, welded, warnings) in [
+            (&model, "", 0, 1),
+            (&model, "weld = false", 0, 0),
+            (&model, "weld = true", doubled, 0),
+            (&whole, "", 0, 0),
+        ] {
+            let session = open_in_memory(document, weld);
+            assert_eq!(session.bodies[0].model.document.welds().len(), welded, "{name}: {weld}");
+            let told = session.warnings().into_iter().filter(|told| told.code == WarningCode::CoincidentBorders);
+            assert_eq!(told.count(), warnings, "{name}: {weld}");
+        }
+    }
+}
+
+/// A session with a document as the mesh of its body.
+fn open_in_memory(document: &ObjDocument, weld: &str) -> Session {
+    let text = format!(
+        "format = 1\n[[body]]\nmesh = \"given\"\nsize = 0.1\n{weld}\n{SOLID}\n[[device]]\nname = \"hand\"\nplugin = \"scripted\"\n\
+         params = {{ path = [[0, 0, 0, 0.2]] }}\n[[tool]]\nname = \"tool\"\ndevice = \"hand\"\n{TOUCH}\ntool = \"tool\"\n"
+    );
+    let (scene, mut source) = scene::load_text(Path::new("memory"), text, &[]).expect("a scene");
+    source.documents.insert("given".into(), document.clone());
+    let plan = Plan::new(&scene, &source).expect("a plan");
+    Session::open(&scene, &source, plan, &Options::new(SearchPath::new(&[deps()]), 1)).expect("a session")
 }
 
 #[test]

@@ -34,6 +34,7 @@ pub(super) fn model(
 ) -> Result<Model, SessionError> {
     let check = ModelCheck { scene, source, account };
     let wants = scene.is_tetrahedral();
+    let is_in_memory = instead.is_none() && has_document(scene, source);
     let mut tetrahedra = None;
     let mut read = |path: &Path| -> Result<ObjDocument, SessionError> {
         check.file(path)?;
@@ -57,9 +58,7 @@ pub(super) fn model(
         Ok(document)
     };
     let document = match (&scene.mesh, &scene.shape) {
-        (Some(mesh), _) if source.documents.contains_key(mesh.get_ref()) => {
-            source.documents.get(mesh.get_ref()).cloned()
-        }
+        (Some(mesh), _) if has_document(scene, source) => source.documents.get(mesh.get_ref()).cloned(),
         (Some(mesh), _) => {
             let path = source.folder().join(mesh.get_ref());
             if !path.is_file() && instead.is_none() {
@@ -79,7 +78,7 @@ pub(super) fn model(
         if let Some(mesh) = tetrahedra {
             return Ok(Model::of_tetrahedra(mesh, document, placement));
         }
-        let mut document = weld(scene, document, placement.scale);
+        let mut document = weld(scene, document, is_in_memory, placement.scale);
         let turned_over = document.faces_turned_over(&Surface::from_document(&document));
         document.turn_over(&turned_over);
         let (document, subdivision) = subdivide(&check, document, placement.scale, smallest)?;
@@ -118,7 +117,7 @@ pub(super) fn model(
 
 /// Cache key of [`model`] with all of its inputs; `None` for a model the program passes in memory, whose name does not identify it.
 pub(super) fn model_key(scene: &BodyScene, source: &Source, instead: Option<&Path>, smallest: f64) -> Option<String> {
-    if scene.mesh.as_ref().is_some_and(|mesh| source.documents.contains_key(mesh.get_ref())) {
+    if has_document(scene, source) {
         return None;
     }
     let mesh = scene.mesh.as_ref().map(|mesh| source.folder().join(mesh.get_ref()));
@@ -131,12 +130,22 @@ pub(super) fn model_key(scene: &BodyScene, source: &Source, instead: Option<&Pat
     Some(format!("{mesh:?} {shape:?} {size:?} {scale:?} {rotation:?} {position:?} {instead:?} {subdivide:?} {weld:?}"))
 }
 
-/// Welds the borders of a document as its scene asks for. `scale` is metres per unit of the file.
-fn weld(scene: &BodyScene, mut document: ObjDocument, scale: f64) -> ObjDocument {
-    if let Some(Weld::Within(distance)) = scene.weld.as_ref().map(Spanned::get_ref) {
-        let pairs = document.coincident_borders(&Surface::from_document(&document), distance.si / scale);
-        document.weld(&pairs);
-    }
+/// Whether the program passes the mesh of a body in memory.
+fn has_document(scene: &BodyScene, source: &Source) -> bool {
+    scene.mesh.as_ref().is_some_and(|mesh| source.documents.contains_key(mesh.get_ref()))
+}
+
+/// Welds the borders of a document as its scene asks for. Without a word there, those of a file are welded that lie at exactly one place, unless they are cuts or
+/// the scene stitches them; a program that passes a mesh in memory has chosen its vertices. `scale` is metres per unit of the file.
+fn weld(scene: &BodyScene, mut document: ObjDocument, is_in_memory: bool, scale: f64) -> ObjDocument {
+    let is_as_given = || is_in_memory || !scene.stitch.is_empty() || document.has_cut_borders();
+    let distance = match scene.weld.as_ref().map(|weld| *weld.get_ref()) {
+        Some(Weld::Within(distance)) => distance.si / scale,
+        None if !is_as_given() => 0.0,
+        Some(Weld::Off) | None => return document,
+    };
+    let pairs = document.coincident_borders(&Surface::from_document(&document), distance);
+    document.weld(&pairs);
     document
 }
 

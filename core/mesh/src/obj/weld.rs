@@ -21,7 +21,7 @@ const FARTHEST: f64 = 4_503_599_627_370_496.0;
 impl ObjDocument {
     /// Pairs of vertices of borders of `surface`, the surface of this document, at most `distance` (units of its points) apart, in ascending order, each with the one that [`Self::weld`] puts in its place, the first of the file.
     ///
-    /// Only borders that continue each other have pairs: an edge of one triangle along an edge of another that runs the other way. Edges where three and more lie together have
+    /// Only borders that continue each other have pairs: an edge of one triangle along an edge of another, which may be turned over. Edges where three and more lie together have
     /// none, nor have the two sides of a leaf that is modelled twice, once for each side, nor what would give a face the same vertex twice.
     pub fn coincident_borders(&self, surface: &Surface, distance: f64) -> Vec<[u32; 2]> {
         let edges = surface.edges();
@@ -49,9 +49,11 @@ impl ObjDocument {
             let [[a, b], [c, d]] = [borders[0], borders[1]].map(|side| surface.ends(side));
             let normals =
                 [borders[0], borders[1]].map(|side| surface.cross(&surface.triangles[side.triangle as usize]));
-            let is_folded = normals[0].dot(&normals[1]) < FOLDED * normals[0].norm() * normals[1].norm();
-            let place = |v: u32| places[v as usize];
-            if place(a) == place(d) && place(b) == place(c) && !is_folded {
+            // Both run along the edge the other way, or one is turned over.
+            let is_turned = places[a as usize] == places[c as usize];
+            let ([c, d], sense) = if is_turned { ([d, c], -1.0) } else { ([c, d], 1.0) };
+            let is_folded = sense * normals[0].dot(&normals[1]) < FOLDED * normals[0].norm() * normals[1].norm();
+            if !is_folded {
                 sets.unite(a, d);
                 sets.unite(b, c);
             }
@@ -250,7 +252,6 @@ mod tests {
         let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
         let none = [
             ("a leaf from both sides", format!("{corners}{corners}f 1 2 3 4\nf 8 7 6 5\n")),
-            ("two turned against each other", format!("{corners}v 0 0 0\nv 1 0 0\nv 1 -1 0\nf 1 2 3 4\nf 5 6 7\n")),
             (
                 "three at an edge",
                 format!(
@@ -265,5 +266,10 @@ mod tests {
         }
         let continued = format!("{corners}v 0 0 -0\nv 1 0 0\nv 0.5 -1 0\nf 1 2 3 4\nf 6 5 7\n");
         assert_eq!(welded(&continued, 0.0).welds(), [[4, 0], [5, 1]]);
+        let turned_over = continued.replace("f 6 5 7", "f 5 6 7");
+        assert_eq!(welded(&turned_over, 0.0).welds(), [[4, 0], [5, 1]]);
+        // The two sides of a leaf stay apart also where one of them is turned over.
+        let leaf = format!("{corners}{corners}f 1 2 3 4\nf 5 6 7 8\n");
+        assert!(welded(&leaf, 0.0).welds().is_empty());
     }
 }

@@ -32,8 +32,8 @@ pub struct BodyScene {
     /// tool. Files of results have the divided faces.
     #[schemars(with = "Option<Level>")]
     pub subdivide: Option<Spanned<Level>>,
-    /// Whether vertices of borders that lie at one place become one, where borders continue each other; or a length, up to which they lie at one place. `false` by default. The
-    /// lines of the file stay.
+    /// Whether vertices of borders that lie at one place become one, where borders continue each other; or a length, up to which they lie at one place. `true` by default for a file
+    /// whose borders are not cuts and without `stitch`. The lines of the file stay.
     #[schemars(with = "Option<Weld>")]
     pub weld: Option<Spanned<Weld>>,
     /// Position of the model's origin or, with `size`, of the centre of its box.

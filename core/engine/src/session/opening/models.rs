@@ -56,6 +56,14 @@ impl Opening<'_> {
 
     /// Reports defects of a model that is embedded in a grid, as events; none of them prevents the simulation.
     fn report_defects(&mut self, name: &str, model: &Model) {
+        let welded = model.document.welds().len();
+        if welded > 0 {
+            self.events.add(EventKind::Model, 0.0, || {
+                format!(
+                    "body `{name}`: {welded} vertices on borders lie where others do and are taken as one with them; `weld = false` leaves the borders apart"
+                )
+            });
+        }
         let turned = model.document.turned_over();
         if let Some(first) = turned.first() {
             let line = model.document.face(*first as usize).map_or(0, |face| face.line);

@@ -64,7 +64,7 @@ impl Opening<'_> {
                 Ok(ObstacleSurface::Shape(shape::build(of.kind.get_ref(), &params).map_err(wrong)?, thickness))
             }
             (None, Some(mesh)) => {
-                let surface = Surface::from_document(&self.obstacle_document(name, mesh)?);
+                let surface = whole_surface(self.obstacle_document(name, mesh)?);
                 let wrong = |text: String| self.source.error(mesh.span(), format!("obstacle `{name}`: {text}"));
                 let placement = match &scene.size {
                     Some(size) => {
@@ -104,4 +104,12 @@ impl Opening<'_> {
         self.inputs.obstacle_files.push(path);
         Ok(document)
     }
+}
+
+/// The surface of the mesh of an obstacle with its coincident borders welded and its faces turned the same way round: of an obstacle only the surface counts.
+fn whole_surface(mut document: ObjDocument) -> Surface {
+    let pairs = document.coincident_borders(&Surface::from_document(&document), 0.0);
+    document.weld(&pairs);
+    document.turn_over(&document.faces_turned_over(&Surface::from_document(&document)));
+    Surface::from_document(&document)
 }
