@@ -365,6 +365,29 @@ fn a_local_region_around_two_hands_answers_as_the_whole_body_does() {
     }
 }
 
+/// Regions of two hands that do not meet leave what is between them at rest, and that is told once; regions that meet, and whole bodies, are not told of.
+#[test]
+fn hands_whose_regions_do_not_meet_are_told() {
+    let random = &mut Random(66);
+    for (material, share, told) in [
+        ("mass-spring", 0.2, true),
+        ("corotational", 0.15, true),
+        ("neo-hookean", 0.25, true),
+        ("neo-hookean", 0.45, false),
+        ("mass-spring", 0.6, false),
+    ] {
+        let bar = Bar::random(random, material, "local");
+        let [from, to] = [0.6, share].map(|share| format!("radius = {}", share * bar.size().x));
+        let text = scene(&bar.text().replace(&from, &to), &bar.held(0.005 * bar.size().x, 0.0));
+        let mut session = open(&text, 1);
+        rest(&mut session, 0.5);
+        let what = format!("{}, radius {share}: {:?}", bar.describe(), session.events.described());
+        assert_eq!(session.events.count(EventKind::GripsApart), u64::from(told), "{what}");
+        let nodes = &session.bodies[0].system.nodes;
+        assert!(nodes.x.iter().zip(&nodes.rest).any(|(x, rest)| (x - rest).norm() > 1e-4 * bar.size().x), "{what}");
+    }
+}
+
 #[test]
 fn a_sheet_that_two_hands_stretch_carries_as_its_material_says() {
     let random = &mut Random(65);

@@ -292,13 +292,15 @@ fn give_device(
 }
 
 /// Whether people should hear of it. A pointer jumps and leaves as a hand does not, what is taken back is in the history, and substeps and repeated steps
-/// are in the times of the gauges. What keeps the force on a device safe is news where there is a device.
+/// are in the times of the gauges. What keeps the force on a device safe is news where there is a device. Hands that are mirror images
+/// are meant to work each on its own side.
 fn is_news(kind: EventKind, has_device: bool) -> bool {
     match kind {
         EventKind::SpeedLimit
         | EventKind::SampleDropped
         | EventKind::History
         | EventKind::Substeps
+        | EventKind::GripsApart
         | EventKind::RepeatedStep => false,
         EventKind::ForceSafety => has_device,
         EventKind::Message

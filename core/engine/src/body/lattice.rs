@@ -164,6 +164,8 @@ pub struct Lattice {
     is_nearly_whole: bool,
     /// Points of the rest shape that hands grip, m; empty unless there are two or more.
     grips: Vec<Vec3>,
+    /// Two grips (m) in regions that do not meet, so that what is between them stays at rest.
+    pub grips_apart: Option<[Vec3; 2]>,
     /// The grips have changed: constraints must be made again.
     has_new_grips: bool,
     /// Whether the material has history variables.
@@ -253,6 +255,7 @@ impl Lattice {
             last_contact_balls: Vec::new(),
             is_nearly_whole: false,
             grips: Vec::new(),
+            grips_apart: None,
             has_new_grips: false,
             has_history: false,
             keeps_displaced: false,

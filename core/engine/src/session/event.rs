@@ -21,6 +21,8 @@ pub enum EventKind {
     SpeedLimit,
     /// A grip was lost because its force exceeded the limit.
     GripLost,
+    /// Two hands hold a body in local regions that do not meet: what is between them stays at rest.
+    GripsApart,
     /// A hand pulls with more than the largest force of its tool's coupling, so the body follows less than the hand.
     ForceLimit,
     /// A cut was refused; the model is unchanged.

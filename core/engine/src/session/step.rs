@@ -112,10 +112,15 @@ impl Session {
             if let Some(lattice) = body.discretization.lattice_mut() {
                 lattice.set_grips(&grips);
             }
-            let Body { model, skin, system, discretization, fixings, .. } = body;
+            let Body { name, model, skin, system, discretization, fixings, .. } = body;
             let start = Instant::now();
+            let were_apart = discretization.lattice().is_some_and(|lattice| lattice.grips_apart.is_some());
             match discretization.follow(&balls, model, fixings, skin, system) {
                 Ok(true) => {
+                    let apart = discretization.lattice().and_then(|lattice| lattice.grips_apart);
+                    if let (Some(grips), false) = (apart, were_apart) {
+                        self.events.add(EventKind::GripsApart, time, || grips_apart_text(name, grips));
+                    }
                     self.changed(index);
                     // Tetrahedra that have failed have other numbers in the new cells.
                     if let Err(error) = self.take_failed(index, time) {
@@ -444,4 +449,12 @@ fn tool_frame(tool: &Tool, hand: Vec3, force: Vec3, device_force: Vec3) -> ToolF
         torque: Vec3::zeros(),
         device_torque: Vec3::zeros(),
     }
+}
+
+fn grips_apart_text(body: &str, [a, b]: [Vec3; 2]) -> String {
+    format!(
+        "body `{body}`: two hands hold it {:.0} mm from each other, in regions of the grid that do not meet: what is between them stays at rest; \
+         a larger `radius` of the grid, or `region = \"whole\"`, lets it move",
+        1e3 * (a - b).norm()
+    )
 }

@@ -33,14 +33,21 @@ impl Lattice {
             (*near, *far) = (near.min(distance[i]), far.max(distance[i]));
             is_held[part as usize] |= nodes.constraint[i] == Constraint::Fixed;
         }
+        let has_border = is_held.clone();
         let mut grips = vec![0; parts];
+        let mut gripped = Vec::with_capacity(self.grips.len());
         for grip in &self.grips {
             if let Some(cell) = self.cell_of(*grip)? {
                 let part = part_of[self.region.cell_corners[cell][0] as usize] as usize;
                 grips[part] += 1;
                 is_held[part] |= grips[part] >= 2;
+                gripped.push((part, *grip));
             }
         }
+        // A part without a border is all that there is of it.
+        gripped.retain(|(part, _)| has_border[*part]);
+        let apart = gripped.windows(2).find(|pair| pair[0].0 != pair[1].0);
+        self.grips_apart = apart.map(|pair| [pair[0].1, pair[1].1]);
         for (i, &part) in part_of.iter().enumerate().filter(|(_, part)| !is_held[**part as usize]) {
             let (near, far) = range[part as usize];
             if distance[i] >= near + HELD_FROM * (far - near) {

@@ -283,6 +283,7 @@ impl Lattice {
         nodes.prescribed.resize(n, Vec3::zeros());
         self.returning.clear();
         self.driven.clear();
+        self.grips_apart = None;
         for i in 0..n {
             let rest = self.grid_rest(i as u32);
             let inside = |ball: &Ball| {
