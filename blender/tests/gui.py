@@ -13,7 +13,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from gui_window import OUT, RESULT, at, coordinates, make_cube, picture, run, view, xdotool  # noqa: E402
+from gui_window import OUT, RESULT, at, coordinates, expect, make_cube, picture, run, until, view, xdotool  # noqa: E402
 
 import haptic_edit  # noqa: E402
 
@@ -72,11 +72,9 @@ def play():
     RESULT["grab"] = float((pressed[:, 0] - grabbed[:, 0]).max())
     # Undo and redo, by the keys of Blender.
     xdotool("key", "ctrl+z")
-    yield 1.0
-    RESULT["undone"] = bool(np.array_equal(coordinates(), pressed))
+    yield from until(lambda: np.array_equal(coordinates(), pressed))
     xdotool("key", "ctrl+shift+z")
-    yield 1.0
-    RESULT["redone"] = bool(np.array_equal(coordinates(), grabbed))
+    yield from until(lambda: np.array_equal(coordinates(), grabbed))
     # The last stroke as an animation, taken back in one step.
     with bpy.context.temp_override(window=window, area=area, region=region):
         RESULT["baked"] = sorted(bpy.ops.object.haptic_bake("INVOKE_DEFAULT", True))
@@ -114,7 +112,7 @@ def play():
         xdotool("mousemove", *at(0.5, 0.15 + 0.02 * step))
         yield 0.06
     xdotool("mouseup", 1)
-    yield 2.5
+    yield from until(lambda: len(coordinates()) > len(start))
     mesh = bpy.data.objects["cube"].data
     RESULT["cut"] = [len(start), len(mesh.vertices), [slot.name for slot in bpy.data.objects["cube"].material_slots]]
     picture("cut")
@@ -122,6 +120,20 @@ def play():
     xdotool("key", "Escape")
     yield 0.5
     bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "edited.blend"))
+    expect(
+        {
+            "the mode begins": RESULT["invoked"] == ["RUNNING_MODAL"],
+            # Hundredths of the cube's 2 m.
+            "a press goes in": RESULT["press"] > 0.02,
+            "a key chooses the tool": RESULT["kind"] == "pull",
+            "a pull draws out": RESULT["grab"] > 0.02,
+            "strokes are baked": RESULT["baked"] == ["FINISHED"] and RESULT["frames"][2] > 1,
+            "the last frame is the mesh": RESULT["baked end"] < 1e-6,
+            "one undo takes the bake back": RESULT["bake undone"],
+            "F makes the tool larger": RESULT["size"][1] > RESULT["size"][0],
+            "walls of the cut have their material": RESULT["cut"][2] == ["", "Cut"],
+        }
+    )
     RESULT["done"] = True
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from gui_window import OUT, RESULT, at, coordinates, make_cube, picture, run, view, xdotool  # noqa: E402
+from gui_window import OUT, RESULT, at, coordinates, expect, make_cube, picture, run, until, view, xdotool  # noqa: E402
 
 import addon_utils  # noqa: E402
 from device_user import DeviceUser, is_free, thread_names  # noqa: E402
@@ -44,14 +44,6 @@ def play():
                 user.send((1 - share) * np.asarray(start) + share * np.asarray(end), buttons)
                 user.force()
                 yield 0.05
-
-    def until(is_true):
-        """Wait until something is so, half a minute at most: a busy machine is slow."""
-        for _ in range(300):
-            if is_true():
-                return
-            yield 0.1
-        raise AssertionError("it does not come about")
 
     def device():
         """What the mode knows of the device; None while it has no hand."""
@@ -153,6 +145,24 @@ def play():
     yield 1.0
     RESULT["disabled"] = [is_free(user.address), sorted(HAPTIC_THREADS & set(thread_names()))]
     picture("disabled")
+    expect(
+        {
+            "the mode begins": RESULT["invoked"] == ["RUNNING_MODAL"],
+            "the device has its threads": RESULT["threads"] == sorted(HAPTIC_THREADS),
+            "what is felt is shown": RESULT["felt"] > NEAR and RESULT["largest force"] > 0.0,
+            "what is felt springs back": RESULT["sprung back"] < NEAR,
+            "a stroke stays": RESULT["stroke"] > NEAR,
+            "a key chooses the tool": RESULT["kind"] == "inflate",
+            "the second button does the opposite": RESULT["opposite"] > NEAR,
+            "undo keeps the device open": RESULT["open again"],
+            "a stroke is under way": RESULT["in a stroke"][0] and RESULT["in a stroke"][1] > NEAR,
+            "saving keeps the stroke": RESULT["saved"] > NEAR,
+            "the mode goes on after saving": RESULT["goes on"],
+            "leaving closes the device": RESULT["left"] == [True, []],
+            "the mode begins again": RESULT["second mode"],
+            "disabling closes the device": RESULT["disabled"] == [True, []],
+        }
+    )
     RESULT["done"] = True
 
 

@@ -66,6 +66,21 @@ def picture(name: str) -> None:
         bpy.ops.screen.screenshot(filepath=str(OUT / f"{name}.png"))
 
 
+def until(is_true: Callable[[], bool]) -> Iterator[float]:
+    """Wait until something is so, half a minute at most: a busy machine is slow."""
+    for _ in range(300):
+        if is_true():
+            return
+        yield 0.1
+    raise AssertionError("it does not come about")
+
+
+def expect(claims: dict[str, bool]) -> None:
+    """Fail with the claims that are not true."""
+    if wrong := [claim for claim, is_true in claims.items() if not is_true]:
+        raise AssertionError(f"not so: {', '.join(wrong)}; found was {RESULT}")
+
+
 def run(play: Callable[[], Iterator[float]]) -> None:
     """Do one thing after another, each yield gives Blender that many seconds; then write what was found and quit."""
     bpy.context.preferences.view.show_splash = False
@@ -75,7 +90,6 @@ def run(play: Callable[[], Iterator[float]]) -> None:
     def tick() -> float | None:
         try:
             wait = next(steps)
-            print("gui:", {key: RESULT[key] for key in list(RESULT)[-1:]}, flush=True)
             return wait
         except StopIteration:
             pass
