@@ -117,7 +117,8 @@ class Scene:
             geometric between vertices. ``_`` stands for ``-``. Inside of a solid the nearest place of the surface counts.
         **keys
             Other keys of ``[[body]]``: ``shape``, ``size``, ``scale``, ``position``, ``rotation``, ``grid``, ``sheet``, ``fixed``, ``field``, ``fibre``,
-            ``subdivide``.
+            ``subdivide``, ``weld``. Vertices given as an array stay apart unless ``weld`` joins those of borders that lie together; of a file these
+            are joined.
 
         Examples
         --------
@@ -383,7 +384,15 @@ class Scene:
         for name, factors in self._factors.items():
             # Each number in the fewest digits that give it back.
             (path.parent / name).write_text("".join(f"{factor!r}\n" for factor in factors), encoding="utf-8")
-        path.write_text(self.to_toml(), encoding="utf-8")
+        path.write_text(self._text if self._text is not None else _native.to_toml(self._saved()), encoding="utf-8")
+
+    def _saved(self) -> dict[str, Any]:
+        """The scene with what holds for arrays said for files: their borders stay apart, where it does not say that they are joined."""
+        bodies = [
+            {"weld": False} | body if body.get("mesh") in self._meshes and not body.get("stitch") else body
+            for body in self._data.get("body", [])
+        ]
+        return self._data | {"body": bodies} if bodies else self._data
 
     def __repr__(self) -> str:
         return f"<scene {self._path}>"

@@ -115,6 +115,24 @@ def test_a_uniform_field_of_arrays_is_the_parameter_times_its_factor(plugin, fac
     assert energies[0] > 0 and energies[0] == pytest.approx(energies[1], rel=1e-9)
 
 
+@pytest.mark.parametrize("keys", [{}, {"weld": True}])
+def test_a_mesh_in_pieces_saved_and_read_is_the_same(tmp_path, keys):
+    vertices, faces = block()
+    corners = np.asarray([vertices[corner] for face in faces for corner in face])
+    ends = np.cumsum([len(face) for face in faces])
+    apart = [list(range(end - len(face), end)) for face, end in zip(faces, ends, strict=True)]
+    scene = pliant.Scene()
+    scene.time(duration=0.02, dt=0.001)
+    scene.body("cube", mesh=corners, faces=apart, material="neo-hookean", grid={"level": 3}, **keys)
+    scene.hand("hand", path=[[0, 0, 0, 0.1], [0.02, 0, 0, 0.1]])
+    scene.tool("tool", hand="hand", radius=0.005)
+    scene.edit("touch", tool="tool")
+    scene.save(tmp_path / "cube.toml")
+    with pliant.Session(scene) as session, pliant.Session(tmp_path / "cube.toml") as read:
+        assert len(np.unique(session.mesh("cube").triangles)) == (len(vertices) if keys else len(corners))
+        assert np.array_equal(session.mesh("cube").triangles, read.mesh("cube").triangles)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_fields_of_arrays_saved_and_read_are_the_same(tmp_path, seed):
     vertices, _ = block()
