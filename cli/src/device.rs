@@ -4,7 +4,7 @@ use crate::args::{Cli, DeviceCommand, DoctorArgs};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{print, print_json};
 use crate::search::search_path;
-use crate::survey::{Surveyed, answer, survey};
+use crate::survey::{Surveyed, answer, ask, survey};
 use pliant_host::{Finding, Library, ParamSettings, PluginInfo, PluginKind, SearchPath, probe_device, realtime_rights};
 use pliant_plugin_api::abi;
 use serde_json::{Value, json};
@@ -14,10 +14,14 @@ use std::process::Command;
 
 /// Lists devices, finds out what they lack, or emulates one.
 pub fn device(cli: &Cli, command: &DeviceCommand) -> Result<Outcome, Failure> {
-    if let DeviceCommand::List(args) = command
-        && !args.child.is_empty()
-    {
-        return answer(&args.child, |library, _| devices_json(library));
+    match command {
+        DeviceCommand::List(args) if !args.child.is_empty() => {
+            return answer(&args.child, |library, _| Ok(devices_json(library)));
+        }
+        DeviceCommand::Doctor(DoctorArgs { name: Some(name), set, child: Some(path), .. }) => {
+            return answer(std::slice::from_ref(path), |library, _| device_json(library, name, set));
+        }
+        _ => {}
     }
     let search = search_path(cli)?;
     match command {
@@ -111,7 +115,7 @@ fn probe_all(search: &SearchPath) -> Result<(Vec<ProbedDevice>, Vec<Finding>), F
     for Surveyed { found, answer } in survey(search.scan(), ["device", "list"])? {
         match answer {
             Ok(devices) => probed.extend(devices.as_array().into_iter().flatten().map(ProbedDevice::from_json)),
-            Err(error) => unusable.push(Finding::missing(format!("plugin `{}`", found.name), error, "")),
+            Err(error) => unusable.push(Finding::missing(format!("plugin `{}`", found.name), error.text, "")),
         }
     }
     Ok((probed, unusable))
@@ -148,7 +152,7 @@ fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
 fn doctor(cli: &Cli, search: &SearchPath, args: &DoctorArgs) -> Result<Outcome, Failure> {
     let (devices, unusable) = match &args.name {
         None => probe_all(search)?,
-        Some(name) => (vec![probe_one(search, name, &args.set)?], Vec::new()),
+        Some(name) => (vec![probe_one(search, name, args)?], Vec::new()),
     };
     let mut machine = vec![realtime_rights()];
     machine.extend(unusable);
@@ -175,14 +179,21 @@ fn doctor(cli: &Cli, search: &SearchPath, args: &DoctorArgs) -> Result<Outcome, 
     Ok(outcome)
 }
 
-/// The device plugin of that name, with parameters.
-fn probe_one(search: &SearchPath, name: &str, set: &[(String, String)]) -> Result<ProbedDevice, Failure> {
-    let library = Library::open(&search.find_trusted(name, Path::new("."))?.path)?;
+/// The device plugin of that name, with parameters. A child opens its library and asks it.
+fn probe_one(search: &SearchPath, name: &str, args: &DoctorArgs) -> Result<ProbedDevice, Failure> {
+    let found = search.find_trusted(name, Path::new("."))?;
+    let settings: Vec<String> = args.set.iter().map(|(key, text)| format!("--set={key}={text}")).collect();
+    let verb: Vec<&str> = ["device", "doctor", name].into_iter().chain(settings.iter().map(|s| &**s)).collect();
+    Ok(ProbedDevice::from_json(&ask(&found, &verb, args.limit.duration())?))
+}
+
+/// In a child: the device of that name in a library, or the only one, with parameters, as JSON.
+fn device_json(library: &'static Library, name: &str, set: &[(String, String)]) -> Result<Value, Failure> {
     let no_device = || Failure::input(format!("`{name}` is not a device; `pliant device list` names the devices"));
     let by_id = library.plugins().iter().find(|p| p.kind == PluginKind::Device && p.id == *name);
     let info = by_id.or_else(|| library.only_plugin(PluginKind::Device)).ok_or_else(no_device)?;
     let settings = set.iter().map(|(key, text)| info.setting(key, text)).collect::<Result<_, _>>();
-    Ok(ProbedDevice::probe(library, info, &settings.map_err(Failure::input)?))
+    Ok(ProbedDevice::probe(library, info, &settings.map_err(Failure::input)?).json())
 }
 
 /// A finding as people read it: what was found, and the remedy if there is one.

@@ -1,12 +1,12 @@
 //! `pliant plugin`.
 
-use crate::args::{Cli, PluginCommand};
+use crate::args::{Cli, InfoArgs, PluginCommand};
 use crate::check::check;
 use crate::new::new;
 use crate::outcome::{Failure, Outcome};
 use crate::output::{print, print_json};
 use crate::search::search_path;
-use crate::survey::{Surveyed, answer, survey};
+use crate::survey::{Surveyed, answer, ask, survey};
 use pliant_host::{ChoiceSource, Library, ParamInfo, ParamKind, PluginInfo, PluginKind, SearchPath, choice_sources};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -14,15 +14,17 @@ use std::path::Path;
 
 /// Lists plugins, shows one, begins one, or checks one.
 pub fn plugin(cli: &Cli, command: &PluginCommand) -> Result<Outcome, Failure> {
-    if let PluginCommand::List(args) = command
-        && !args.child.is_empty()
-    {
-        return answer(&args.child, plugins_json);
+    match command {
+        PluginCommand::List(args) if !args.child.is_empty() => return answer(&args.child, plugins_json),
+        PluginCommand::Info(InfoArgs { child: Some(path), .. }) => {
+            return answer(std::slice::from_ref(path), description_json);
+        }
+        _ => {}
     }
     let search = search_path(cli)?;
     match command {
         PluginCommand::List(_) => list(cli, &search),
-        PluginCommand::Info { name } => info(cli, &search, name),
+        PluginCommand::Info(args) => info(cli, &search, args),
         PluginCommand::New(args) => new(cli, args),
         PluginCommand::Check(args) => check(cli, args),
     }
@@ -42,8 +44,8 @@ fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
             }
             Err(error) => {
                 outcome = Outcome::Plugin;
-                lines.push(format!("{:<11} {:<20} {:<8} {error}", "unusable", found.name, "-"));
-                rows.push(json!({ "name": found.name, "path": found.path.display().to_string(), "error": error }));
+                lines.push(format!("{:<11} {:<20} {:<8} {}", "unusable", found.name, "-", error.text));
+                rows.push(json!({ "name": found.name, "path": found.path.display().to_string(), "error": error.text }));
             }
         }
     }
@@ -59,38 +61,51 @@ fn list(cli: &Cli, search: &SearchPath) -> Result<Outcome, Failure> {
 }
 
 /// The plugins of a library as JSON.
-fn plugins_json(library: &'static Library, path: &Path) -> Value {
-    library.plugins().iter().map(|plugin| plugin_json(plugin, path, &[])).collect()
+fn plugins_json(library: &'static Library, path: &Path) -> Result<Value, Failure> {
+    Ok(library.plugins().iter().map(|plugin| plugin_json(plugin, path, &[])).collect())
 }
 
-/// `pliant plugin info`.
-fn info(cli: &Cli, search: &SearchPath, name: &str) -> Result<Outcome, Failure> {
-    let found = search.find_trusted(name, Path::new("."))?;
-    let library = Library::open(&found.path)?;
+/// `pliant plugin info`. A child opens the library and describes it.
+fn info(cli: &Cli, search: &SearchPath, args: &InfoArgs) -> Result<Outcome, Failure> {
+    let found = search.find_trusted(&args.name, Path::new("."))?;
+    let description = ask(&found, &["plugin", "info", &args.name], args.limit.duration())?;
     if cli.json {
-        let row = |p: &PluginInfo| plugin_json(p, &found.path, &sources_of(library, p));
-        print_json(&json!({ "plugins": library.plugins().iter().map(row).collect::<Vec<_>>() }))?;
-        return Ok(Outcome::Done);
+        print_json(&json!({ "plugins": description["plugins"] }))?;
+    } else {
+        print(description["text"].as_str().unwrap_or_default())?;
     }
-    let mut lines = Vec::new();
-    for p in library.plugins() {
-        lines.push(format!("{} `{}` {}: {}", p.kind.name(), p.id, p.version, p.name));
-        lines.push(format!("  {}", p.summary));
-        lines.push(format!("  {}", found.path.display()));
-        let sources = sources_of(library, p);
-        for (index, param) in p.params.iter().enumerate() {
-            lines.push(format!("  {:<18} {}", param.key, param.summary));
-            lines.push(format!("  {:<18}   {}{}", "", param.allowed(), default_text(param)));
-            for group in group_by_source(index, param, &sources) {
-                lines.push(format!("  {:<18}   {}: {}", "", group.choices.join(", "), group.source.source));
-                if !group.source.unknown.is_empty() {
-                    lines.push(format!("  {:<18}     not known: {}", "", group.source.unknown));
-                }
+    Ok(Outcome::Done)
+}
+
+/// What `plugin info` says of a library: its plugins with the sources of their values, and the same as people read it.
+fn description_json(library: &'static Library, path: &Path) -> Result<Value, Failure> {
+    let (mut plugins, mut lines) = (Vec::new(), Vec::new());
+    for plugin in library.plugins() {
+        let sources = sources_of(library, plugin);
+        plugins.push(plugin_json(plugin, path, &sources));
+        lines.extend(plugin_lines(plugin, path, &sources));
+    }
+    Ok(json!({ "plugins": plugins, "text": lines.join("\n") }))
+}
+
+/// A plugin as people read it.
+fn plugin_lines(p: &PluginInfo, path: &Path, sources: &[ChoiceSource]) -> Vec<String> {
+    let mut lines = vec![
+        format!("{} `{}` {}: {}", p.kind.name(), p.id, p.version, p.name),
+        format!("  {}", p.summary),
+        format!("  {}", path.display()),
+    ];
+    for (index, param) in p.params.iter().enumerate() {
+        lines.push(format!("  {:<18} {}", param.key, param.summary));
+        lines.push(format!("  {:<18}   {}{}", "", param.allowed(), default_text(param)));
+        for group in group_by_source(index, param, sources) {
+            lines.push(format!("  {:<18}   {}: {}", "", group.choices.join(", "), group.source.source));
+            if !group.source.unknown.is_empty() {
+                lines.push(format!("  {:<18}     not known: {}", "", group.source.unknown));
             }
         }
     }
-    print(&lines.join("\n"))?;
-    Ok(Outcome::Done)
+    lines
 }
 
 /// Sources of the values behind a material's choices; empty where the plugin has none or fails.

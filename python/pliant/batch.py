@@ -125,7 +125,7 @@ def run_shard(
     shard : str
         ``"I/N"``: edits whose place in the sweep, modulo N, is I - 1.
     jobs : int
-        Edits at a time; 0 takes what the machine has.
+        Edits at a time; 0 takes what the machine has. No more run than there are processors, and than fit into three quarters of the machine's memory.
     retry_failed : bool
         Whether failed edits are done again.
     isolate : bool

@@ -1,8 +1,9 @@
 //! Arguments of `pliant batch`.
 
-use super::values::thread_count;
+use super::values::{memory, thread_count};
 use clap::{Args, Subcommand, ValueEnum};
 use pliant_batch::Shard;
+use pliant_engine::memory::MemoryBudget;
 use std::path::PathBuf;
 
 /// Arguments of `pliant batch`.
@@ -37,9 +38,15 @@ pub struct BatchRunArgs {
     /// Do only part I of N; parts may run on different machines
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub shard: Shard,
-    /// Number of edits at a time; 0 uses all processors. Results do not depend on it
+    /// Number of edits at a time, at most that of the processors and what fits into memory; 0 uses all processors. Results do not depend on it
     #[arg(long, value_name = "J", default_value_t = 0, value_parser = thread_count)]
     pub jobs: usize,
+    /// Run as many edits at a time as --jobs asks for, however many processors and memory there are
+    #[arg(long)]
+    pub oversubscribe: bool,
+    /// Largest memory of all edits at a time, such as "4 GB"; others wait, and an edit that is estimated to need more fails [default: three quarters of the machine's]
+    #[arg(long, value_name = "SIZE", value_parser = memory)]
+    pub memory: Option<MemoryBudget>,
     /// Do what is missing in the folder; rows whose scene, meshes, plugins or program version have changed are done again
     #[arg(long)]
     pub resume: bool,

@@ -1,8 +1,9 @@
 //! Arguments of `pliant device`.
 
-use super::plugin::ListArgs;
+use super::plugin::{AnswerLimit, ListArgs};
 use super::values::setting;
 use clap::{Args, Subcommand};
+use std::path::PathBuf;
 
 /// Arguments of `pliant device`.
 #[derive(Args)]
@@ -41,4 +42,9 @@ pub struct DoctorArgs {
     /// Parameter as in a scene, for example peer=127.0.0.1:5000
     #[arg(long, value_name = "KEY=VALUE", value_parser = setting, requires = "name")]
     pub set: Vec<(String, String)>,
+    #[command(flatten)]
+    pub limit: AnswerLimit,
+    /// Library that a child process opens (see `survey.rs`)
+    #[arg(long, hide = true, value_name = "FILE", requires = "name")]
+    pub child: Option<PathBuf>,
 }

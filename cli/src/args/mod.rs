@@ -14,7 +14,7 @@ pub use batch::{BatchArgs, BatchCommand, BatchRunArgs, CollectArgs, EngineArg, P
 pub use cli::{Cli, Command};
 pub use device::{DeviceCommand, DoctorArgs};
 pub use edit::EditArgs;
-pub use plugin::{CheckArgs, Language, NewArgs, NewKind, PluginCommand};
+pub use plugin::{CheckArgs, InfoArgs, Language, NewArgs, NewKind, PluginCommand};
 pub use report::{AccuracyArgs, ReportCommand, ReportOptionArgs};
 pub use run::{PlanArgs, ReplayArgs, RunArgs, SceneArgs};
 pub use sample::SampleArgs;

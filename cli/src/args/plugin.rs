@@ -2,6 +2,7 @@
 
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Arguments of `pliant plugin`.
 #[derive(Args)]
@@ -22,10 +23,7 @@ pub enum PluginCommand {
     /// List the plugins that are found, with their files
     List(ListArgs),
     /// Show the parameters of a plugin with units, ranges and defaults
-    Info {
-        /// Name of the plugin, or path of its library
-        name: String,
-    },
+    Info(InfoArgs),
     /// Write a project to begin a plugin from, with tests, a README and a scene
     New(NewArgs),
     /// Run the conformance suite on a library: a process and a line for each case
@@ -38,6 +36,33 @@ pub struct ListArgs {
     /// Libraries that a child process opens (see `survey.rs`)
     #[arg(long, hide = true, num_args = 1.., value_name = "FILE")]
     pub child: Vec<PathBuf>,
+}
+
+/// Arguments of `pliant plugin info`.
+#[derive(Args)]
+pub struct InfoArgs {
+    /// Name of the plugin, or path of its library
+    pub name: String,
+    #[command(flatten)]
+    pub limit: AnswerLimit,
+    /// Library that a child process opens (see `survey.rs`)
+    #[arg(long, hide = true, value_name = "FILE")]
+    pub child: Option<PathBuf>,
+}
+
+/// The time that the child process which opens a library has for its answer.
+#[derive(Args)]
+pub struct AnswerLimit {
+    /// Seconds that the library may take to be opened and to answer
+    #[arg(long, default_value_t = 20.0)]
+    seconds: f64,
+}
+
+impl AnswerLimit {
+    /// The time, from 0.1 s to 1e6 s.
+    pub fn duration(&self) -> Duration {
+        Duration::from_secs_f64(self.seconds.clamp(0.1, 1e6))
+    }
 }
 
 /// Arguments of `pliant plugin new`.

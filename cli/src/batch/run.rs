@@ -11,7 +11,7 @@ use pliant_batch::{
     BatchEnd, CollectOptions, Estimate, Isolation, Progress, RunOptions, Shard, Sweep, collect, estimate, limit_memory,
     run, serve,
 };
-use pliant_engine::memory::format_bytes;
+use pliant_engine::memory::{MemoryBudget, format_bytes};
 use pliant_record::check_replaceable;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
@@ -29,6 +29,8 @@ pub fn run_sweep(cli: &Cli, args: &BatchRunArgs, file: &Path) -> Result<Outcome,
     let mut options = RunOptions {
         shard: args.shard,
         jobs: args.jobs,
+        oversubscribe: args.oversubscribe,
+        memory: args.memory.unwrap_or_default(),
         resume: args.resume,
         retry_failed: args.retry_failed,
         isolate: args.isolate,
@@ -56,7 +58,7 @@ pub fn run_sweep(cli: &Cli, args: &BatchRunArgs, file: &Path) -> Result<Outcome,
     if cli.json {
         print_json(&end)?;
     } else if !args.quiet {
-        note_end(&end, &title, args.shard, &folder, whole);
+        note_end(&end, &title, args.shard, &folder, whole, args.memory.unwrap_or_default());
     }
     Ok(match &end {
         end if end.stopped => Outcome::Stopped,
@@ -90,11 +92,7 @@ fn child_command() -> io::Result<impl Fn() -> Command + Send + Sync + 'static> {
 
 /// Prints the estimated time, storage and memory of a sweep.
 fn dry_run(cli: &Cli, sweep: &Sweep, options: &RunOptions) -> Result<Outcome, Failure> {
-    let jobs = match options.jobs {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        jobs => jobs,
-    };
-    let estimate = estimate(sweep, options, jobs)?;
+    let estimate = estimate(sweep, options)?;
     if cli.json {
         print_json(&estimate)?;
     } else {
@@ -168,7 +166,7 @@ fn format_duration(seconds: f64) -> String {
 }
 
 /// Prints how a run ended for people.
-fn note_end(end: &BatchEnd, title: &str, shard: Shard, folder: &Path, whole: bool) {
+fn note_end(end: &BatchEnd, title: &str, shard: Shard, folder: &Path, whole: bool, memory: MemoryBudget) {
     if !title.is_empty() {
         note(title);
     }
@@ -183,6 +181,23 @@ fn note_end(end: &BatchEnd, title: &str, shard: Shard, folder: &Path, whole: boo
         format_seconds(end.elapsed),
         end.jobs
     ));
+    if let Some(processors) = end.jobs_on_processors {
+        note(&format!(
+            "warning: {} at a time are asked for and there are {}: no more run side by side. Results are the same; ask for fewer with `--jobs`, or \
+             start them all with `--oversubscribe`",
+            count(end.jobs_asked as u64, "edit"),
+            count(processors as u64, "processor")
+        ));
+    }
+    if let Some(jobs) = end.jobs_in_memory {
+        note(&format!(
+            "warning: memory allows {} at a time of {}, at about {} each within {memory}: others waited for their turn. Results are the same; allow more \
+             with `--memory SIZE`, ask for fewer with `--jobs`, or start them all with `--oversubscribe`",
+            count(jobs as u64, "edit"),
+            end.jobs,
+            format_bytes(end.edit_memory)
+        ));
+    }
     if end.refused > 0 {
         note(&format!(
             "warning: the system gave threads for {} at a time instead of {}; ask for fewer with `--jobs`, or raise the limit of processes (`ulimit \

@@ -3,7 +3,7 @@
 use crate::column::ColumnKind;
 use crate::edit::Resolved;
 use crate::error::BatchError;
-use crate::execute::{EditRunner, MODELS_KEPT, OpenedEdit, RunOptions};
+use crate::execute::{EditRunner, MODELS_KEPT, OpenedEdit, RunOptions, fitting};
 use crate::key::KeyMaker;
 use crate::store::MeshStore;
 use crate::sweep::Sweep;
@@ -44,16 +44,23 @@ pub struct Estimate {
     pub edit_memory: u64,
 }
 
-/// Estimates the time and size of a shard with `jobs` parallel edits.
+/// Estimates the time and size of a shard.
 ///
 /// # Errors
 /// Fails if none of the sampled edits can be opened.
-pub fn estimate(sweep: &Sweep, options: &RunOptions, jobs: usize) -> Result<Estimate, BatchError> {
+pub fn estimate(sweep: &Sweep, options: &RunOptions) -> Result<Estimate, BatchError> {
     let keys = KeyMaker::new(&options.program, &options.search);
     let meshes = MeshStore::new(Path::new("."));
     let parts = SharedParts::new(MODELS_KEPT);
-    let runner =
-        EditRunner { sweep, search: &options.search, meshes: &meshes, parts: &parts, cancel: CancelToken::default() };
+    let runner = EditRunner {
+        sweep,
+        search: &options.search,
+        meshes: &meshes,
+        parts: &parts,
+        memory: options.memory,
+        on_open: &|_| {},
+        cancel: CancelToken::default(),
+    };
     let edits: Vec<u64> = options.shard.edits(sweep.edits()).collect();
     let samples = SAMPLES.min(edits.len() as u64);
     let mut all = Estimate {
@@ -64,7 +71,7 @@ pub fn estimate(sweep: &Sweep, options: &RunOptions, jobs: usize) -> Result<Esti
         step_seconds: 0.0,
         open_seconds: 0.0,
         seconds: 0.0,
-        jobs,
+        jobs: options.jobs(),
         table_bytes: 0,
         mesh_bytes: 0,
         edit_memory: 0,
@@ -93,7 +100,10 @@ pub fn estimate(sweep: &Sweep, options: &RunOptions, jobs: usize) -> Result<Esti
     let opened = all.opened.max(1);
     all.open_seconds /= opened as f64;
     all.step_seconds /= opened as f64;
-    all.seconds = (all.open_seconds + all.step_seconds) * all.shard_edits as f64 / jobs.max(1) as f64;
+    if !options.oversubscribe {
+        all.jobs = all.jobs.min(fitting(options.memory, sweep.limits.memory.unwrap_or(all.edit_memory)));
+    }
+    all.seconds = (all.open_seconds + all.step_seconds) * all.shard_edits as f64 / all.jobs as f64;
     all.table_bytes = row_bytes / opened * all.shard_edits;
     all.mesh_bytes = if sweep.keep.meshes { mesh_bytes / opened * all.shard_edits } else { 0 };
     Ok(all)

@@ -15,7 +15,7 @@ pub(crate) fn csv(rows: &[Row]) -> String {
     names.iter().for_each(|name| {
         let _ = write!(out, ",{}", quoted(name));
     });
-    out.push_str(",note\n");
+    out.push_str(",reference,note\n");
     for r in rows {
         let number = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:e}"));
         let _ = write!(out, "{},{},{},{:e},{}", quoted(&r.case), quoted(&r.method), r.n, r.dt, r.threads);
@@ -31,7 +31,7 @@ pub(crate) fn csv(rows: &[Row]) -> String {
         for name in &names {
             let _ = write!(out, ",{}", number(r.parameters.get(*name).or(r.results.get(*name)).copied()));
         }
-        let _ = writeln!(out, ",{}", quoted(&r.note));
+        let _ = writeln!(out, ",{},{}", quoted(&r.reference), quoted(&r.note));
     }
     out
 }

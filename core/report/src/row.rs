@@ -19,6 +19,9 @@ pub struct Row {
     pub threads: usize,
     /// Error in the case's norm; absent if there is no reference or the run failed.
     pub error: Option<f64>,
+    /// Settings of the run that the error is relative to; empty where the answer is known.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub reference: String,
     /// Largest allowed error at this resolution: the case's tolerance, scaled by the expected order if the run is coarser than the resolution of the tolerance.
     pub tolerance: Option<f64>,
     /// Order of convergence between the run before this one and this one.

@@ -15,6 +15,7 @@ static INSTALLED: AtomicBool = AtomicBool::new(false);
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
+    static LIVE: Cell<i64> = const { Cell::new(0) };
 }
 
 /// Counts one allocation of this thread.
@@ -23,15 +24,22 @@ fn count() {
     let _ = COUNT.try_with(|c| c.set(c.get() + 1));
 }
 
+/// Adds to the allocations of this thread that were not given back.
+fn add_live(change: i64) {
+    let _ = LIVE.try_with(|live| live.set(live.get() + change));
+}
+
 // SAFETY: forwards every call to the system allocator.
 unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count();
+        add_live(1);
         // SAFETY: the caller's promises are the same.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, ptr: *mut u8, layout: Layout) {
+        add_live(-1);
         // SAFETY: the caller's promises are the same.
         unsafe { System.dealloc(ptr, layout) }
     }
@@ -54,27 +62,42 @@ pub(super) fn counted() -> u64 {
     COUNT.with(Cell::get)
 }
 
+/// Allocations of this thread that were not given back, as [`CountingAllocator`] has counted them.
+pub(super) fn live_counted() -> i64 {
+    LIVE.with(Cell::get)
+}
+
 /// Calls of the allocator of C by this thread so far, where `count-malloc.c` of `pliant plugin new --lang c` is preloaded.
-#[cfg(target_os = "linux")]
 pub(super) fn malloc_calls() -> Option<u64> {
+    preloaded(0).map(|count| count() as u64)
+}
+
+/// Allocations of C by this thread that were not given back, where the same is preloaded.
+pub(super) fn malloc_live() -> Option<i64> {
+    preloaded(1).map(|count| count())
+}
+
+/// A function of the preloaded library that counts: 0 for its calls, 1 for what is not given back.
+#[cfg(target_os = "linux")]
+fn preloaded(which: usize) -> Option<extern "C" fn() -> i64> {
     use core::ffi::{CStr, c_char, c_void};
+    use std::sync::OnceLock;
     unsafe extern "C" {
         fn dlsym(handle: *mut c_void, symbol: *const c_char) -> *mut c_void;
     }
-    static COUNT: std::sync::OnceLock<Option<extern "C" fn() -> u64>> = std::sync::OnceLock::new();
-    const NAME: &CStr = c"pliant_malloc_calls";
-    let count = COUNT.get_or_init(|| {
-        // SAFETY: null looks a C string up in all libraries of the program; a library that defines this name defines this function.
+    const NAMES: [&CStr; 2] = [c"pliant_malloc_calls", c"pliant_malloc_live"];
+    static FOUND: [OnceLock<Option<extern "C" fn() -> i64>>; 2] = [const { OnceLock::new() }; 2];
+    *FOUND[which].get_or_init(|| {
+        // SAFETY: null looks a C string up in all libraries of the program; a library that defines such a name defines this function.
         unsafe {
-            let found = dlsym(core::ptr::null_mut(), NAME.as_ptr());
-            (!found.is_null()).then(|| core::mem::transmute::<*mut c_void, extern "C" fn() -> u64>(found))
+            let found = dlsym(core::ptr::null_mut(), NAMES[which].as_ptr());
+            (!found.is_null()).then(|| core::mem::transmute::<*mut c_void, extern "C" fn() -> i64>(found))
         }
-    });
-    count.map(|count| count())
+    })
 }
 
 /// As on Linux, where libraries can be preloaded; none elsewhere.
 #[cfg(not(target_os = "linux"))]
-pub(super) fn malloc_calls() -> Option<u64> {
+fn preloaded(_: usize) -> Option<extern "C" fn() -> i64> {
     None
 }

@@ -1,6 +1,9 @@
 //! A small body for tests, and what a material computes for it.
 
+mod guarded_call;
 mod inputs;
+
+pub(super) use guarded_call::{Function, GuardChange, INPUTS, OUTPUT, PLANES, StrayWrite};
 
 use super::guarded_planes::GuardedPlanes;
 use super::tested_material::{Call, MaterialUnderTest};

@@ -1,7 +1,7 @@
 //! A plugin to run the conformance suite on: its descriptor, and a way to make instances.
 #![allow(unsafe_code, reason = "plays the host")]
 
-use super::allocations::{allocations, counted, malloc_calls};
+use super::allocations::{allocations, counted, live_counted, malloc_calls, malloc_live};
 use super::instance::TestInstance;
 use crate::abi;
 use crate::fault::Fault;
@@ -68,6 +68,14 @@ impl Candidate {
             return Some(|| malloc_calls().unwrap_or(0));
         }
         (self.is_linked && allocations().is_some()).then_some(counted)
+    }
+
+    /// The function that returns the number of allocations of this thread that were not given back; `None` where nothing counts them.
+    pub(super) fn live_count(&self) -> Option<fn() -> i64> {
+        if malloc_live().is_some() {
+            return Some(|| malloc_live().unwrap_or(0));
+        }
+        (self.is_linked && allocations().is_some()).then_some(live_counted)
     }
 
     /// Id of the plugin.

@@ -1,6 +1,7 @@
 //! Safe calls into a contact law under test.
 #![allow(unsafe_code, reason = "plays the host")]
 
+use super::guarded::{Guarded, Guards};
 use super::instance::TestInstance;
 use crate::abi;
 use crate::contact_law::{ContactPoint, PointTraction};
@@ -11,6 +12,7 @@ pub struct TestContactLaw {
     instance: TestInstance,
     table: &'static abi::ContactLaw,
     request: abi::ContactRequest,
+    pub(super) guards: Guards,
 }
 
 // SAFETY: `tractions` and `advance` are [sim], which the header lets a host call from several threads at once, on disjoint points;
@@ -44,7 +46,7 @@ impl TestContactLaw {
                 request.history_stride, request.reach
             )));
         }
-        Ok(Self { instance, table, request })
+        Ok(Self { instance, table, request, guards: Guards::default() })
     }
 
     /// Whether the normal traction may be negative.
@@ -73,12 +75,12 @@ impl TestContactLaw {
         max_points: usize,
     ) -> Result<Vec<PointTraction>, Fault> {
         let (m, stride) = (points.len(), self.history_stride());
-        let state = Planes::new(points, histories, stride);
-        let mut planes = [1, 1, 1, 2, 4, 4].map(|count| vec![UNWRITTEN; count * m]);
+        let state = Planes::new(points, histories, stride, &self.guards);
+        let mut planes = RESULTS.map(|(name, count)| self.guards.around(name, &vec![UNWRITTEN; count * m]));
         let mut begin = 0;
         while begin < m {
             let end = m.min(begin.saturating_add(max_points));
-            let before = planes.clone();
+            let before = planes.each_ref().map(|plane| plane.array().to_vec());
             let [normal, by_gap, by_rate, tangential, by_slip, by_slip_rate] = &mut planes;
             let out = abi::Traction {
                 size: size_of::<abi::Traction>(),
@@ -93,15 +95,18 @@ impl TestContactLaw {
             // SAFETY: see above.
             self.instance.check(unsafe { call(self.instance.raw(), &state.batch(points, begin, end), &out) })?;
             let inside = |i: usize| (begin..end).contains(&(i % m));
-            let is_kept = |(new, old): (&Vec<f64>, &Vec<f64>)| {
-                (0..new.len()).all(|i| inside(i) || new[i].to_bits() == old[i].to_bits())
+            let is_kept = |(new, old): (&Guarded<f64>, &Vec<f64>)| {
+                let pairs = new.array().iter().zip(old);
+                pairs.enumerate().all(|(i, (new, old))| inside(i) || new.to_bits() == old.to_bits())
             };
             if !planes.iter().zip(&before).all(is_kept) {
                 return Err(Fault::bad_argument("`tractions` wrote values of points outside of its call"));
             }
             begin = end;
         }
-        let [normal, by_gap, by_rate, tangential, by_slip, by_slip_rate] = &planes;
+        RESULTS.iter().zip(&planes).for_each(|((name, _), plane)| self.guards.look_at_output("tractions", name, plane));
+        state.look_at("tractions", &self.guards);
+        let [normal, by_gap, by_rate, tangential, by_slip, by_slip_rate] = planes.each_ref().map(Guarded::array);
         let pair = |planes: &[f64], i: usize| [planes[i], planes[m + i]];
         let matrix = |p: &[f64], i: usize| [[p[i], p[m + i]], [p[2 * m + i], p[3 * m + i]]];
         Ok((0..m)
@@ -134,12 +139,14 @@ impl TestContactLaw {
         let mut begin = 0;
         while begin < m {
             let end = m.min(begin.saturating_add(max_points));
-            let state = Planes::new(points, histories, stride);
-            let mut new = state.history.clone();
+            let state = Planes::new(points, histories, stride, &self.guards);
+            let mut new = self.guards.around("out", state.history.array());
             // SAFETY: see above.
             let status = unsafe { call(self.instance.raw(), &state.batch(points, begin, end), new.as_mut_ptr()) };
             self.instance.check(status)?;
-            for (i, value) in new.iter().enumerate() {
+            self.guards.look_at_output("advance", "out", &new);
+            state.look_at("advance", &self.guards);
+            for (i, value) in new.array().iter().enumerate() {
                 let (plane, point) = (i / m, i % m);
                 histories[point * stride + plane] = *value;
             }
@@ -152,36 +159,56 @@ impl TestContactLaw {
 /// What is in a result before the plugin writes it.
 const UNWRITTEN: f64 = -7.25e-37;
 
-/// States of points in the planes of the interface.
+/// Names of the results, and their numbers of planes.
+const RESULTS: [(&str, usize); 6] = [
+    ("normal", 1),
+    ("normal_by_gap", 1),
+    ("normal_by_gap_rate", 1),
+    ("tangential", 2),
+    ("tangential_by_slip", 4),
+    ("tangential_by_slip_rate", 4),
+];
+
+/// Names of the arrays that a law reads.
+pub(super) const STATES: [&str; 6] = ["gap", "gap_rate", "slip", "slip_rate", "area", "history"];
+
+/// States of points in the planes of the interface, between guards.
 struct Planes {
-    gap: Vec<f64>,
-    gap_rate: Vec<f64>,
-    slip: Vec<f64>,
-    slip_rate: Vec<f64>,
-    area: Vec<f64>,
-    history: Vec<f64>,
+    gap: Guarded<f64>,
+    gap_rate: Guarded<f64>,
+    slip: Guarded<f64>,
+    slip_rate: Guarded<f64>,
+    area: Guarded<f64>,
+    history: Guarded<f64>,
     stride: usize,
 }
 
 impl Planes {
     /// Planes of points whose histories follow each other, `stride` numbers each.
-    fn new(points: &[ContactPoint], histories: &[f64], stride: usize) -> Self {
+    fn new(points: &[ContactPoint], histories: &[f64], stride: usize, guards: &Guards) -> Self {
         assert_eq!(histories.len(), points.len() * stride, "a history for each point");
         // As many allocations for one point as for many, so that those of the plugin can be told from them.
-        let planes = |count: usize, value: &dyn Fn(usize, usize) -> f64| {
+        let planes = |name: &str, count: usize, value: &dyn Fn(usize, usize) -> f64| {
             let mut all = Vec::with_capacity(count * points.len());
             (0..count).for_each(|plane| all.extend((0..points.len()).map(|i| value(plane, i))));
-            all
+            guards.around(name, &all)
         };
         Self {
-            gap: points.iter().map(|p| p.gap).collect(),
-            gap_rate: points.iter().map(|p| p.gap_rate).collect(),
-            slip: planes(2, &|axis, i| points[i].slip[axis]),
-            slip_rate: planes(2, &|axis, i| points[i].slip_rate[axis]),
-            area: points.iter().map(|p| p.area).collect(),
-            history: planes(stride, &|plane, i| histories[i * stride + plane]),
+            gap: planes("gap", 1, &|_, i| points[i].gap),
+            gap_rate: planes("gap_rate", 1, &|_, i| points[i].gap_rate),
+            slip: planes("slip", 2, &|axis, i| points[i].slip[axis]),
+            slip_rate: planes("slip_rate", 2, &|axis, i| points[i].slip_rate[axis]),
+            area: planes("area", 1, &|_, i| points[i].area),
+            history: planes("history", stride, &|plane, i| histories[i * stride + plane]),
             stride,
         }
+    }
+
+    /// Looks for writes into and around the states.
+    fn look_at(&self, function: &str, guards: &Guards) {
+        let Self { gap, gap_rate, slip, slip_rate, area, history, stride: _ } = self;
+        let all = STATES.iter().zip([gap, gap_rate, slip, slip_rate, area, history]);
+        all.for_each(|(name, array)| guards.look_at_input(function, name, array));
     }
 
     /// The batch of a call for some of the points.

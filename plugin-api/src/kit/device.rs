@@ -1,6 +1,7 @@
 //! Safe calls into a device under test.
 #![allow(unsafe_code, reason = "plays the host")]
 
+use super::guarded::Guards;
 use super::instance::TestInstance;
 use crate::abi::{self, DeviceInfo, Output, Pose};
 use crate::fault::Fault;
@@ -12,6 +13,7 @@ pub(super) struct TestDevice {
     table: &'static abi::Device,
     rendered: Option<&'static abi::Rendered>,
     pub(super) info: DeviceInfo,
+    pub(super) guards: Guards,
 }
 
 /// An output with a force (N), valid until a time (ns).
@@ -41,7 +43,7 @@ impl TestDevice {
             return Err(Fault::bad_argument(format!("{} effectors; allowed is 1 to {MAX_EFFECTORS}", info.effectors)));
         }
         let rendered = instance.extension(abi::RENDERED)?;
-        Ok(Self { instance, table, rendered, info })
+        Ok(Self { instance, table, rendered, info, guards: Guards::default() })
     }
 
     /// Bytes that `describe` writes past the end of the struct of a 1.0 host, and the size it then states.
@@ -60,19 +62,22 @@ impl TestDevice {
 
     /// One pose per effector.
     pub(super) fn read(&self, time_ns: u64) -> Result<Vec<Pose>, Fault> {
-        let mut poses = vec![Pose::default(); self.info.effectors as usize];
+        let mut poses = self.guards.around("poses", &vec![Pose::default(); self.info.effectors as usize]);
         let read = self.table.read.expect("checked");
         // SAFETY: see above.
         self.instance.check(unsafe { read(self.instance.raw(), time_ns, poses.as_mut_ptr(), poses.len()) })?;
-        Ok(poses)
+        self.guards.look_at_output("read", "poses", &poses);
+        Ok(poses.array().to_vec())
     }
 
     /// Sets the same output for every effector.
     pub(super) fn write(&self, time_ns: u64, output: Output) -> Result<(), Fault> {
-        let outputs = vec![output; self.info.effectors as usize];
+        let outputs = self.guards.around("outputs", &vec![output; self.info.effectors as usize]);
         let write = self.table.write.expect("checked");
         // SAFETY: see above.
-        self.instance.check(unsafe { write(self.instance.raw(), time_ns, outputs.as_ptr(), outputs.len()) })
+        let status = unsafe { write(self.instance.raw(), time_ns, outputs.as_ptr(), outputs.len()) };
+        self.guards.look_at_input("write", "outputs", &outputs);
+        self.instance.check(status)
     }
 
     /// Calls the device's `stop`.
@@ -85,14 +90,16 @@ impl TestDevice {
     /// The largest force an effector really renders, N; `None` where the device cannot tell.
     pub(super) fn rendered_force(&self, time_ns: u64) -> Result<Option<f64>, Fault> {
         let Some(rendered) = self.rendered.and_then(|r| r.rendered) else { return Ok(None) };
-        let mut outputs = vec![output([0.0; 3], 0); self.info.effectors as usize];
+        let mut outputs = self.guards.around("outputs", &vec![output([0.0; 3], 0); self.info.effectors as usize]);
         // SAFETY: see above.
-        match unsafe { rendered(self.instance.raw(), time_ns, outputs.as_mut_ptr(), outputs.len()) } {
+        let status = unsafe { rendered(self.instance.raw(), time_ns, outputs.as_mut_ptr(), outputs.len()) };
+        self.guards.look_at_output("rendered", "outputs", &outputs);
+        match status {
             abi::Status::UNSUPPORTED => Ok(None),
             status => {
                 self.instance.check(status)?;
                 let norm = |o: &Output| o.force.iter().map(|f| f * f).sum::<f64>().sqrt();
-                Ok(Some(outputs.iter().map(norm).fold(0.0, |m, f| if f > m || f.is_nan() { f } else { m })))
+                Ok(Some(outputs.array().iter().map(norm).fold(0.0, |m, f| if f > m || f.is_nan() { f } else { m })))
             }
         }
     }

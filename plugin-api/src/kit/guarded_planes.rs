@@ -43,11 +43,4 @@ impl GuardedPlanes {
     pub(super) fn bits(&self) -> impl Iterator<Item = u64> {
         self.values.iter().map(|v| v.to_bits())
     }
-
-    /// Bits of the guards.
-    pub(super) fn guard_bits(&self) -> impl Iterator<Item = u64> {
-        let (before, rest) = self.values.split_at(self.count);
-        let behind = &rest[rest.len() - self.count..];
-        before.iter().chain(behind).map(|v| v.to_bits())
-    }
 }

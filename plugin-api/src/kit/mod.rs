@@ -11,6 +11,7 @@ mod cases;
 mod contact_law;
 mod device;
 mod grid;
+mod guarded;
 mod guarded_planes;
 mod instance;
 mod normals;

@@ -47,6 +47,7 @@ impl<const F: u8> ContactLaw for StickingLayer<F> {
             fault::LAW_STATIC_SCRATCH => c"law-static-scratch",
             fault::LAW_DIVIDES_BY_ZERO => c"law-divides-by-zero",
             fault::LAW_HIDES_NAN => c"law-hides-nan",
+            fault::LAW_WRITES_PAST => c"law-writes-past",
             fault::ALLOCATES => c"law-allocates",
             _ => c"sound-layer",
         },
@@ -165,6 +166,33 @@ impl Role for RangedLayer {
     }
 }
 
+/// The layer with [`fault::LAW_WRITES_PAST`].
+pub struct OverrunningLayer;
+
+type Overrunning = StickingLayer<{ fault::LAW_WRITES_PAST }>;
+
+impl Role for OverrunningLayer {
+    type Object = Overrunning;
+    const INFO: Info = Overrunning::INFO;
+    const KIND: u32 = abi::KIND_CONTACT_LAW;
+    const EXTENSION: &'static CStr = abi::CONTACT_LAW;
+
+    fn table() -> *const c_void {
+        (&raw const OVERRUNNING.0).cast()
+    }
+
+    fn activate(params: &Params<'_>) -> Result<Overrunning, Fault> {
+        Overrunning::new(params)
+    }
+}
+
+static OVERRUNNING: abi::Shared<abi::ContactLaw> = abi::Shared(abi::ContactLaw {
+    size: size_of::<abi::ContactLaw>(),
+    request: Some(request),
+    tractions: Some(overrunning_tractions),
+    advance: Some(advance),
+});
+
 static RANGED: abi::Shared<abi::ContactLaw> = abi::Shared(abi::ContactLaw {
     size: size_of::<abi::ContactLaw>(),
     request: Some(request),
@@ -204,4 +232,19 @@ unsafe extern "C" fn tractions(
 unsafe extern "C" fn advance(plugin: *const abi::Plugin, batch: *const abi::ContactBatch, to: *mut f64) -> Status {
     // SAFETY: as above.
     unsafe { sound().advance.expect("not null")(plugin, batch, to) }
+}
+
+#[allow(unsafe_code, reason = "called by the host")]
+unsafe extern "C" fn overrunning_tractions(
+    plugin: *const abi::Plugin,
+    batch: *const abi::ContactBatch,
+    out: *const abi::Traction,
+) -> Status {
+    // SAFETY: as above for the call; what follows writes outside of the plane, which is the fault, and changes at most the sign of a zero.
+    unsafe {
+        let status = sound().tractions.expect("not null")(plugin, batch, out);
+        let behind = (*out).normal.add((*batch).count);
+        behind.write_volatile(behind.read_volatile() + 0.0);
+        status
+    }
 }

@@ -39,6 +39,7 @@ impl<const F: u8> Device for FingerDevice<F> {
             fault::IGNORES_STOP => c"ignores-stop",
             fault::NEVER_EXPIRES => c"never-expires",
             fault::KEEPS_FORCE_WHEN_REOPENED => c"keeps-force-when-reopened",
+            fault::POSE_PAST => c"pose-past",
             _ => c"sound-finger",
         },
         const { &[AFTER] as &[Param] },
@@ -81,6 +82,10 @@ impl<const F: u8> Device for FingerDevice<F> {
         let height = if due && F == fault::NAN { f64::NAN } else { (0.006 - seconds).max(0.001) };
         let aside = if F == fault::LEAVES_WORKSPACE { 0.2 } else { 0.0 };
         let position = [aside, 0.0, height];
+        if F == fault::POSE_PAST {
+            let behind = poses.as_mut_ptr().wrapping_add(poses.len());
+            crate::write_same(behind.wrapping_byte_add(std::mem::offset_of!(Pose, position)).cast());
+        }
         poses.fill(Pose { time_ns, flags: POSE_VALID, position, ..Pose::default() });
         Ok(())
     }

@@ -74,6 +74,7 @@ impl<const F: u8> Grid for BoxGrid<F> {
             fault::CELLS_DISTORTED => c"cells-distorted",
             fault::REGION_OUTSIDE => c"region-outside",
             fault::HIDES_SURFACE => c"hides-surface",
+            fault::WEIGHTS_PAST => c"weights-past",
             _ => c"sound-brick",
         },
         const { &[AFTER] as &[Param] },
@@ -155,6 +156,10 @@ impl<const F: u8> Grid for BoxGrid<F> {
         cells: &mut [u64],
         weights: &mut [[f64; 8]],
     ) -> Result<(), Fault> {
+        if F == fault::WEIGHTS_PAST {
+            let behind = weights.as_mut_ptr().wrapping_add(weights.len()).cast();
+            crate::write_same(behind);
+        }
         for ((position, cell), weights) in positions.iter().zip(cells).zip(weights) {
             let (at, local) = self.locate_cell(*position);
             *cell = u64::from(Self::index(self.cells, at));

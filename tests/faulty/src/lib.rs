@@ -9,8 +9,8 @@ mod material;
 mod normals;
 mod sheet;
 
-use contact_law::RangedLayer;
 pub use contact_law::StickingLayer;
+use contact_law::{OverrunningLayer, RangedLayer};
 use device::FingerDevice;
 use fibres::FibreSolid;
 use grid::BoxGrid;
@@ -161,6 +161,16 @@ pub mod fault {
     pub const TANGENT_NOT_LINEAR: u8 = 82;
     /// Keeps a factor in a static variable during a call.
     pub const STATIC_SCRATCH: u8 = 83;
+    /// Allocates in `new` and gives nothing back.
+    pub const LEAKS: u8 = 88;
+    /// Reads the position behind that of the last node.
+    pub const READS_PAST_NODES: u8 = 84;
+    /// Writes to the force behind that of the last node.
+    pub const WRITES_PAST_NODES: u8 = 85;
+    /// Writes to the value behind its rest data.
+    pub const WRITES_PAST_PLANES: u8 = 86;
+    /// Writes to the force of a node that is none of its elements'.
+    pub const TOUCHES_OTHER_NODES: u8 = 87;
     /// Returns 1.01 times the forces of its energy of normals.
     pub const NORMALS_FORCE_OFF: u8 = 60;
     /// Returns 0.99 times the derivatives by the normals.
@@ -193,6 +203,12 @@ pub mod fault {
     pub const LAW_DIVIDES_BY_ZERO: u8 = 109;
     /// Takes a gap that is not a number for none.
     pub const LAW_HIDES_NAN: u8 = 110;
+    /// Writes to the normal traction behind that of the last point.
+    pub const LAW_WRITES_PAST: u8 = 111;
+    /// Writes to the weights behind those of the last point.
+    pub const WEIGHTS_PAST: u8 = 112;
+    /// Writes a pose behind that of the last effector.
+    pub const POSE_PAST: u8 = 113;
 }
 
 use fault::*;
@@ -203,6 +219,13 @@ pub const HANGS_FILE: &str = "PLIANT_TEST_HANGS_FILE";
 /// The descriptor of a faulty plugin.
 const fn info(id: &'static CStr, params: &'static [Param]) -> Info {
     Info { id, name: c"Faulty", version: c"0.1.0", summary: c"a plugin for tests, with the fault its id names", params }
+}
+
+/// Adds zero to a number outside of the arrays of a call, which changes at most the sign of a zero.
+#[allow(unsafe_code, reason = "goes where a plugin may not")]
+fn write_same(at: *mut f64) {
+    // SAFETY: none: this is the fault. The suite has guards there.
+    unsafe { at.write_volatile(at.read_volatile() + 0.0) }
 }
 
 /// The time from which faults in the course of a run occur.
@@ -251,6 +274,10 @@ export_plugins!(
     AsMaterial<SpringMaterial<ENERGY_OFF_WITH_PARAMETER>>,
     AsMaterial<SpringMaterial<TANGENT_NOT_LINEAR>>,
     AsMaterial<SpringMaterial<STATIC_SCRATCH>>,
+    AsMaterial<SpringMaterial<READS_PAST_NODES>>,
+    AsMaterial<SpringMaterial<WRITES_PAST_NODES>>,
+    AsMaterial<SpringMaterial<WRITES_PAST_PLANES>>,
+    AsMaterial<SpringMaterial<TOUCHES_OTHER_NODES>>,
     AsMaterial<SpringMaterial<MEASURE_IGNORED>>,
     AsMaterial<SpringMaterial<KEEPS_REST_AXES>>,
     AsMaterial<SpringMaterial<DAMPING_GAINS_WHEN_FAST>>,
@@ -283,6 +310,7 @@ export_plugins!(
     AsGrid<BoxGrid<CELLS_DISTORTED>>,
     AsGrid<BoxGrid<REGION_OUTSIDE>>,
     AsGrid<BoxGrid<HIDES_SURFACE>>,
+    AsGrid<BoxGrid<WEIGHTS_PAST>>,
     AsDevice<FingerDevice<NONE>>,
     AsDevice<FingerDevice<LIMITS_REVERSED>>,
     AsDevice<FingerDevice<LEAVES_WORKSPACE>>,
@@ -290,6 +318,7 @@ export_plugins!(
     AsDevice<FingerDevice<IGNORES_STOP>>,
     AsDevice<FingerDevice<NEVER_EXPIRES>>,
     AsDevice<FingerDevice<KEEPS_FORCE_WHEN_REOPENED>>,
+    AsDevice<FingerDevice<POSE_PAST>>,
     AsDevice<FingerDevice<PANIC>>,
     AsDevice<FingerDevice<NAN>>,
     AsDevice<FingerDevice<REFUSES>>,
@@ -307,4 +336,5 @@ export_plugins!(
     AsContactLaw<StickingLayer<LAW_DIVIDES_BY_ZERO>>,
     AsContactLaw<StickingLayer<LAW_HIDES_NAN>>,
     RangedLayer,
+    OverrunningLayer,
 );

@@ -171,6 +171,11 @@ impl<const F: u8> Material for SpringMaterial<F> {
             fault::ENERGY_OFF_WITH_PARAMETER => c"energy-off-with-parameter",
             fault::TANGENT_NOT_LINEAR => c"tangent-not-linear",
             fault::STATIC_SCRATCH => c"static-scratch",
+            fault::LEAKS => c"leaks",
+            fault::READS_PAST_NODES => c"reads-past-nodes",
+            fault::WRITES_PAST_NODES => c"writes-past-nodes",
+            fault::WRITES_PAST_PLANES => c"writes-past-planes",
+            fault::TOUCHES_OTHER_NODES => c"touches-other-nodes",
             fault::MEASURE_IGNORED => c"measure-ignored",
             fault::KEEPS_REST_AXES => c"keeps-rest-axes",
             fault::DAMPING_GAINS_WHEN_FAST => c"damping-gains-when-fast",
@@ -184,6 +189,9 @@ impl<const F: u8> Material for SpringMaterial<F> {
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         assert!(F != fault::PANIC_IN_NEW, "panicked on purpose, in new");
         let after = params.number("after");
+        if F == fault::LEAKS {
+            std::mem::forget(std::hint::black_box(vec![0_u8; 64]));
+        }
         // Tests that run side by side share the library: another material must not disturb this one.
         if F == fault::SHARES_STATE {
             LAST_AFTER.store(after.to_bits(), Ordering::Relaxed);
@@ -281,6 +289,7 @@ impl<const F: u8> Material for SpringMaterial<F> {
         };
         let damping = if F == fault::DAMPING_GAINS { -DAMPING } else { DAMPING };
         let factor = if F == fault::STATIC_SCRATCH { factor * through_static(elements) } else { factor };
+        let factor = factor * (1.0 + stray::<F>(elements, out));
         // The rest length oscillates with 12 Hz (75 rad/s).
         let swell = if self.is_due(fault::MAKES_ENERGY, elements) { 0.1 * (75.0 * elements.time()).sin() } else { 0.0 };
         for (e, &[a, b]) in elements.corners::<2>().iter().enumerate() {
@@ -376,6 +385,31 @@ impl<const F: u8> Material for SpringMaterial<F> {
         }
         Ok(())
     }
+}
+
+/// Reads or writes outside of what the call may: zero times what is there, or zero added to it, which changes nothing of another's but the sign of a zero.
+#[allow(unsafe_code, reason = "goes where a plugin may not")]
+fn stray<const F: u8>(elements: &Elements<'_>, out: &mut NodeVectors<'_>) -> f64 {
+    let nodes = elements.x().len();
+    let window = out.window();
+    let forces = window.values.as_mut_ptr().cast::<f64>().wrapping_sub(3 * window.first_node);
+    let planes = elements.rest_data(1);
+    let at = match F {
+        fault::READS_PAST_NODES => elements.x().as_ptr().wrapping_add(nodes).cast::<f64>().cast_mut(),
+        fault::WRITES_PAST_NODES => forces.wrapping_add(3 * nodes),
+        fault::WRITES_PAST_PLANES => planes.as_ptr().wrapping_add(planes.len()).cast_mut(),
+        fault::TOUCHES_OTHER_NODES if window.first_node > 0 => forces,
+        _ => return 0.0,
+    };
+    // SAFETY: none: this is the fault. The suite has guards there.
+    unsafe {
+        let found = at.read_volatile();
+        if F == fault::READS_PAST_NODES {
+            return if found.is_nan() || found == 1e3 { found } else { 0.0 };
+        }
+    }
+    crate::write_same(at);
+    0.0
 }
 
 /// 1, unless another thread writes to the static variable meanwhile.

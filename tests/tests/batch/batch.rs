@@ -34,7 +34,7 @@ fn a_row_has_what_a_run_of_its_edit_has() {
 fn threads_children_and_shards_give_the_same_table() {
     let bench = small_bench(4, "");
     run_batch(&bench, &["--out", "one", "--jobs", "1"]).expect(0);
-    run_batch(&bench, &["--out", "three", "--jobs", "3"]).expect(0);
+    run_batch(&bench, &["--out", "three", "--jobs", "3", "--oversubscribe"]).expect(0);
     run_batch(&bench, &["--out", "children", "--jobs", "2", "--isolate"]).expect(0);
     for shard in ["1/5", "2/5", "3/5", "4/5", "5/5"] {
         run_batch(&bench, &["--out", "shards", "--shard", shard, "--jobs", "2"]).expect(0);
@@ -46,6 +46,48 @@ fn threads_children_and_shards_give_the_same_table() {
     for other in ["three", "children", "shards"] {
         assert_eq!(String::from_utf8(bench.read(&format!("{other}/results.csv"))).unwrap(), table, "{other}");
     }
+}
+
+#[test]
+fn no_more_edits_run_at_a_time_than_processors_and_memory_allow() {
+    let bench = small_bench(4, "");
+    let processors = std::thread::available_parallelism().expect("a number").get();
+    let asked = (processors + 3).to_string();
+    let run = |out: &str, more: &[&str]| {
+        let ran = bench.pliant(&[&["batch", "sweep.toml", "--out", out, "--jobs", &asked], more].concat()).expect(0);
+        (ran.err.clone(), bench.read(&format!("{out}/results.csv")))
+    };
+    let (said, table) = run("capped", &[]);
+    let told = format!("warning: {asked} edits at a time are asked for and there are {processors} processor");
+    assert!(said.contains(&told) && said.contains(&format!("{processors} at a time")), "{said}");
+    assert!(!said.contains("warning: memory"), "{said}");
+    let (said, same) = run("all", &["--oversubscribe"]);
+    assert!(!said.contains("warning") && said.contains(&format!("{asked} at a time")), "{said}");
+    assert!(same == table);
+    // An edit takes 24 MB and more: one fits, or two.
+    let needed = bench.pliant(&["batch", "sweep.toml", "--dry-run", "--json"]).expect(0).json()["edit_memory"].clone();
+    let needed = needed.as_u64().expect("bytes");
+    for isolate in [&[][..], &["--isolate"]] {
+        let out = format!("memory-{}", isolate.len());
+        let memory = (needed * 3 / 2).to_string() + " B";
+        let more = [&["--memory", &memory, "--oversubscribe"][..], isolate].concat();
+        assert!(!run(&format!("{out}-over"), &more).0.contains("warning"));
+        let more = [&["--memory", &memory][..], isolate].concat();
+        let (said, same) = run(&out, &more);
+        assert!(same == table, "{out}");
+        let told = format!("warning: memory allows 1 edit at a time of {processors}, at about ");
+        assert!(processors == 1 || said.contains(&told), "{said}");
+    }
+    let jobs = |memory: u64| {
+        let memory = format!("{memory} B");
+        let args = ["batch", "sweep.toml", "--dry-run", "--json", "--jobs", "2", "--memory", &memory];
+        bench.pliant(&args).expect(0).json()["jobs"].clone()
+    };
+    assert_eq!((jobs(2 * needed), jobs(2 * needed - 1)), (processors.min(2).into(), 1.into()));
+    // One that needs more than all of it fails by itself.
+    let small = (needed / 2).to_string() + " B";
+    let ran = bench.pliant(&["batch", "sweep.toml", "--quiet", "--out", "small", "--memory", &small]).expect(1);
+    assert!(rows(&bench, "small").iter().all(|row| row["class"] == "memory-limit"), "{}", ran.err);
 }
 
 #[test]

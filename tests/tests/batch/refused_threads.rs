@@ -77,7 +77,11 @@ fn other_verbs_end_in_good_order_without_threads() {
     for threads in [0, 1, 2, 8] {
         let dir = |name: &str| format!("{name}-{threads}");
         run_with(&bench, &["plan", "scene.toml"], threads).expect(0);
-        let ran = run_with(&bench, &["batch", "sweep.toml", "--jobs", "3", "--out", &dir("batch")], threads);
+        let ran = run_with(
+            &bench,
+            &["batch", "sweep.toml", "--jobs", "3", "--oversubscribe", "--out", &dir("batch")],
+            threads,
+        );
         match (threads, ran.code) {
             // One thread may be that of a watchdog.
             (0 | 1, 2) => ran.says(&["a thread cannot be started"]),

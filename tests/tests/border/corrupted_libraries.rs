@@ -83,3 +83,42 @@ fn copies_with_flipped_bytes_never_end_the_list() {
     assert_eq!(rows.iter().filter(of_copies).count(), 60, "each is listed, usable or not");
     assert!(devices.json()["devices"].as_array().is_some_and(|all| all.iter().any(|d| d["id"] == "scripted")));
 }
+
+#[test]
+#[cfg(unix)]
+fn a_library_that_crashes_ends_or_blocks_is_told_by_info_and_doctor() {
+    let bench = Bench::new();
+    for (stem, body, how) in [
+        ("crashes", "volatile int *nowhere = 0; *nowhere = 1;", "was ended by signal 11"),
+        ("ends", "_Exit(0);", "ended with code 0"),
+        ("blocks", "for (;;) {}", "did not end within 1 s"),
+    ] {
+        let at_load = format!("__attribute__((constructor)) static void at_load(void) {{ {body} }}\n");
+        let path = bench.compile("plugins", stem, &format!("#include <stdlib.h>\n{at_load}")).display().to_string();
+        for verb in [["plugin", "info"], ["device", "doctor"]] {
+            let ran = bench.pliant(&[&verb[..], &[&path, "--seconds", "1"]].concat()).expect(3);
+            ran.says(&[&format!("error: {path}: cannot be used"), how]);
+        }
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_device_that_crashes_when_it_is_asked_is_told_by_the_doctor() {
+    let bench = Bench::new();
+    bench.pliant(&["plugin", "new", "arm", "--kind", "device", "--lang", "c"]).expect(0);
+    let source = std::fs::read_to_string(bench.path("arm/src/arm.c")).expect("read");
+    let own = "static pliant_status ask(const pliant_plugin *p, void *data, pliant_say say) {\n\
+               (void)p, (void)data, (void)say; abort(); }\n\
+               static const pliant_probe own_probe = {sizeof(pliant_probe), ask};\n";
+    let (rendered, tables) = ("static const pliant_rendered rendered_table", "(strcmp(id, PLIANT_RENDERED) == 0");
+    assert!(source.contains(rendered) && source.contains(tables), "the template has changed");
+    let both = tables.replace("(strcmp", "(strcmp(id, PLIANT_PROBE) == 0 ? (const void *)&own_probe : strcmp");
+    let source = source.replace(rendered, &format!("{own}{rendered}")).replace(tables, &both);
+    let path = bench.compile("lib", "arm", &source).display().to_string();
+    bench.pliant(&["device", "doctor", &path]).expect(3).says(&[&path, "cannot be used", "signal 6 (abort)"]);
+    bench.pliant(&["device", "doctor", &path, "--set", "no-key=1"]).expect(2).says(&["no-key"]);
+    let neo = library("neo-hookean").path().display().to_string();
+    bench.pliant(&["device", "doctor", &neo]).expect(2).says(&["is not a device"]);
+    bench.pliant(&["plugin", "info", &path]).expect(0);
+}

@@ -142,7 +142,7 @@ fn each_violation_of_the_interface_fails_its_case_and_no_other() {
         (
             "writes_measure",
             with_material(WRITES_MEASURE, "forces, tangent").replace(" energy,", " writing,"),
-            "planes-are-kept-to",
+            "arrays-are-kept-to",
         ),
         ("runs_dry", with("static int opened;\n", "if (++opened > 30) return NULL;"), "opens-many-times"),
     ];
@@ -181,6 +181,12 @@ fn allocations_of_a_c_plugin_are_found_where_they_are_counted() {
     assert_eq!(check(&sound, &count).expect(0).json()["ok"], 1);
     let uncounted = check(&allocates, "").expect(0).json();
     assert_eq!(uncounted["skipped"], 1, "{uncounted}");
+    // A destroy that does not free the instance.
+    let keeps = "static void keep(const pliant_plugin *p) { (void)p; }\n";
+    let leaks = compile_with_fault(&bench, "leaks", &format!("{keeps}{}", create_with("it->plugin.destroy = keep;")));
+    let ran = bench.pliant_with(&["plugin", "check", &leaks, "--json"], &[("LD_PRELOAD", &count)]).expect(1);
+    assert_eq!(failed(&ran), ["memory-is-given-back"]);
+    assert!(ran.out.contains("4 instances that were made and destroyed left 4 allocations behind"), "{}", ran.out);
 }
 
 /// Compiles a material whose `forces` runs the C statements `how`, which crash or never end.

@@ -161,8 +161,93 @@ fn a_scene_of_ones_own_converges_to_its_own_refined_solution() {
     let steps = of("backward-euler");
     assert!(steps.len() == 3 && steps.windows(2).all(|e| e[1] < 0.6 * e[0]), "finer steps are nearer: {steps:?}");
     let solver = of("backward-euler, solver");
-    assert!(solver.first() > solver.last() && solver.last() < Some(&1e-4), "{solver:?}");
+    let own = steps[2];
+    assert!(solver.first() > solver.last(), "{solver:?}");
+    assert!(solver.last().is_some_and(|e| (e / own - 1.0).abs() < 1e-3), "a step's error stays: {solver:?}, {own}");
     assert!(bench.names("own").iter().any(|n| n.ends_with("work.svg")));
+}
+
+/// A strip that falls freely for 32 ms, so soft that no integrator needs substeps.
+const FALLING: &str = r#"format = 1
+gravity = [0, -9.81, 0]
+[time]
+duration = 0.032
+dt = 0.001
+integrator = "backward-euler"
+[solver]
+tolerance = 1e-8
+[[body]]
+name = "strip"
+shape = { kind = "sheet", cells = 2, rows = 4, size = [0.025, 0.05, 0], pattern = "regular" }
+sheet = { warp = [1, 0, 0] }
+[body.material]
+plugin = "cloth"
+params = { density = 0.2, young-warp = 0.05, poisson = 0, bending = "none", damping-time = 0 }
+"#;
+
+/// Steps (s) and errors of the surface of a series.
+fn surface_errors(rows: &[Value], method: &str) -> Vec<(f64, f64)> {
+    let of = rows.iter().filter(|r| r["method"] == method && r["case"] == "falling: surface at the end");
+    of.map(|r| (r["dt"].as_f64().expect("s"), r["error"].as_f64().expect("an error"))).collect()
+}
+
+#[test]
+fn all_integrators_are_compared_with_one_reference_and_have_the_errors_of_free_fall() {
+    let bench = Bench::new();
+    bench.write("falling.toml", FALLING);
+    let args = ["report", "accuracy", "--scene", "falling.toml", "-q", "--json", "--out", "out"];
+    let ran = bench.pliant(&args).expect(0).json();
+    assert_eq!(ran["not_run"], serde_json::json!([]), "{}", ran["not_run"]);
+    let rows = ran["rows"].as_array().expect("rows");
+    let reference = "time.integrator = bdf2, time.dt = 0.000125, solver.tolerance = 0.0000000001";
+    assert!(rows.iter().all(|r| r["reference"] == reference), "{rows:?}");
+    // From rest, both integrators of first order fall by g (t^2 + t h) / 2, the exact fall is g t^2 / 2: the error is h / t at every step h, the finest included.
+    for method in ["symplectic-euler", "backward-euler"] {
+        let of = surface_errors(rows, method);
+        assert_eq!(of.len(), 5, "{of:?}");
+        for (dt, error) in of {
+            assert!((error / (dt / 0.032) - 1.0).abs() < 0.01, "{method} at {dt} s: {error}, not {}", dt / 0.032);
+        }
+    }
+    // BDF2 begins with a step of backward Euler, whose error of g h^2 / 2 grows to three halves of it: 1.5 (h / t)^2, of the reference too.
+    let of = surface_errors(rows, "bdf2");
+    assert_eq!(of.len(), 5, "{of:?}");
+    for (dt, error) in of {
+        let expected = 1.5 * (dt * dt - 0.000_125_f64.powi(2)) / 0.032_f64.powi(2);
+        assert!((error / expected - 1.0).abs() < 0.03, "bdf2 at {dt} s: {error}, not {expected}");
+    }
+    let page = String::from_utf8(bench.read("out/report.html")).expect("UTF-8");
+    for text in ["Reference: the same scene with time.integrator = bdf2", "one run is the reference of all of them"] {
+        assert!(page.contains(text), "{text}");
+    }
+}
+
+#[test]
+fn grids_of_other_levels_have_a_front_and_a_reference_of_their_own() {
+    let bench = Bench::new();
+    bench.write("block.toml", PRESSED.replace("level = 3", "level = 4").replace("duration = 0.32", "duration = 0.16"));
+    let args = ["report", "accuracy", "--scene", "block.toml", "--quick", "-q", "--json", "--out", "out"];
+    let ran = bench.pliant(&args).expect(0).json();
+    let rows = ran["rows"].as_array().expect("rows");
+    let cases = |method: &str| -> Vec<(&str, &str)> {
+        let of = rows.iter().filter(|r| r["method"] == method);
+        of.map(|r| (r["case"].as_str().expect("a case"), r["reference"].as_str().expect("a reference"))).collect()
+    };
+    for (case, reference) in cases("backward-euler, grid") {
+        assert!(
+            case.contains(", other grids: ") && reference.ends_with("body.0.grid.level = 5"),
+            "{case}: {reference}"
+        );
+    }
+    let own = [cases("backward-euler"), cases("backward-euler, solver")].concat();
+    assert!(
+        own.len() > 6 && own.iter().all(|(case, reference)| !case.contains("other") && *reference == own[0].1),
+        "{own:?}"
+    );
+    // Each front is one of its own: no row of one is dominated by a row of the other.
+    for front in ["block: surface at the end", "block, other grids: surface at the end"] {
+        assert!(rows.iter().any(|r| r["case"] == front && r["front"] == true), "{front}: {rows:?}");
+    }
 }
 
 /// A finger that moves 16 mm within 30 ms, 10 mm of them into a block.

@@ -2,7 +2,7 @@
 
 use super::failure::{Failure, FailureClass};
 use super::run_edit::{EditResult, EditSeconds};
-use super::serve::Reply;
+use super::serve::Line;
 use crate::edit::Resolved;
 use crate::error::BatchError;
 use crate::sweep::Sweep;
@@ -67,7 +67,7 @@ impl ChildRunner {
         Self { isolation, running: None }
     }
 
-    /// Runs an edit; `None` if `stop` returned true before its end.
+    /// Runs an edit; `None` if `stop` returned true before its end. `on_open` gets its estimated memory once it is open, bytes.
     ///
     /// # Errors
     /// Fails for a child that cannot be started, cannot write a mesh or reads a changed sweep.
@@ -75,6 +75,7 @@ impl ChildRunner {
         &mut self,
         sweep: &Sweep,
         resolved: &Resolved,
+        on_open: &dyn Fn(u64),
         stop: &dyn Fn() -> bool,
     ) -> Result<Option<EditResult>, BatchError> {
         let began = Instant::now();
@@ -92,10 +93,15 @@ impl ChildRunner {
         loop {
             match child.lines.recv_timeout(TICK) {
                 Ok(line) => {
-                    let reply: Reply = serde_json::from_str(&line)
+                    let line = serde_json::from_str(&line)
                         .map_err(|e| BatchError::Input(format!("a child process answered `{line}`: {e}")))?;
-                    self.running = Some(child);
-                    return reply.result(&resolved.key).map(Some);
+                    match line {
+                        Line::Opened { memory } => on_open(memory),
+                        Line::Ended(reply) => {
+                            self.running = Some(child);
+                            return reply.result(&resolved.key).map(Some);
+                        }
+                    }
                 }
                 Err(RecvTimeoutError::Disconnected) => {
                     return failed(child.end(sweep));

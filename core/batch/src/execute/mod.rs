@@ -1,5 +1,6 @@
 //! Execution of the edits of a shard.
 
+mod admission;
 mod child;
 mod failure;
 mod measure;
@@ -10,6 +11,7 @@ mod run_edit;
 mod serve;
 mod shard_run;
 
+pub(crate) use admission::fitting;
 pub use child::Isolation;
 pub use failure::{Failure, FailureClass};
 pub(crate) use measure::SUMMARY;

@@ -1,7 +1,9 @@
 //! Options, progress and result of a run.
 
+use super::admission::processors;
 use super::child::Isolation;
 use crate::shard::Shard;
+use pliant_engine::memory::MemoryBudget;
 use pliant_host::SearchPath;
 use serde::Serialize;
 use std::sync::Arc;
@@ -16,8 +18,12 @@ pub struct RunOptions {
     pub program: String,
     /// The part of the sweep to run.
     pub shard: Shard,
-    /// Number of parallel edits; 0 for the number of available processors.
+    /// Number of parallel edits; 0 for the number of processors.
     pub jobs: usize,
+    /// Whether more edits than processors, or than fit into memory, run at a time if asked for.
+    pub oversubscribe: bool,
+    /// Largest memory of all parallel edits, and of each if the sweep has no limit for it.
+    pub memory: MemoryBudget,
     /// Whether a shard that has rows is completed; otherwise it is refused.
     pub resume: bool,
     /// Whether failed edits are run again.
@@ -38,6 +44,8 @@ impl RunOptions {
             program: format!("pliant {}", env!("CARGO_PKG_VERSION")),
             shard: Shard::default(),
             jobs: 0,
+            oversubscribe: false,
+            memory: MemoryBudget::default(),
             resume: false,
             retry_failed: false,
             isolate: false,
@@ -46,12 +54,14 @@ impl RunOptions {
         }
     }
 
-    /// Number of parallel edits.
-    pub(super) fn jobs(&self) -> usize {
-        match self.jobs {
-            0 => std::thread::available_parallelism().map_or(1, usize::from),
-            jobs => jobs,
-        }
+    /// Number of parallel edits that is asked for.
+    pub(super) fn jobs_asked(&self) -> usize {
+        if self.jobs == 0 { processors() } else { self.jobs }
+    }
+
+    /// Largest number of parallel edits: what is asked for, and without [`RunOptions::oversubscribe`] at most the number of processors.
+    pub(crate) fn jobs(&self) -> usize {
+        if self.oversubscribe { self.jobs_asked() } else { self.jobs_asked().min(processors()) }
     }
 }
 
@@ -105,8 +115,16 @@ pub struct BatchEnd {
     pub step_seconds: f64,
     /// Total time of all edits of this run, s.
     pub edit_seconds: f64,
+    /// Number of parallel edits that was asked for; that of the processors where none was.
+    pub jobs_asked: usize,
     /// Number of parallel edits.
     pub jobs: usize,
+    /// Number of processors, if no more edits run at a time for want of more; `None` if that is not less than what was asked for.
+    pub jobs_on_processors: Option<usize>,
+    /// Fewest edits at a time beyond which one waited for memory; `None` if none did.
+    pub jobs_in_memory: Option<usize>,
+    /// Memory of an edit: the sweep's limit, or the largest estimate so far, bytes.
+    pub edit_memory: u64,
     /// Number of further workers for which the system gave no thread.
     pub refused: usize,
 }

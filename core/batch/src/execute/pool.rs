@@ -4,6 +4,7 @@
 //! the progress, and abandons workers in a plugin call that does not return: such a thread cannot be ended, so its edit counts as failed and a
 //! new thread replaces it.
 
+use super::admission::Admission;
 use super::child::ChildRunner;
 use super::failure::Failure;
 use super::options::{BatchEnd, Progress, RunOptions};
@@ -56,6 +57,8 @@ struct Running {
 struct State {
     /// Edits to be run.
     queue: VecDeque<Task>,
+    /// Holds edits back for which there is no memory.
+    admission: Admission,
     /// Running edits by the number of their worker.
     running: HashMap<usize, Running>,
     /// Journal and table.
@@ -143,7 +146,9 @@ impl Pool {
             ..Progress::default()
         };
         let syncer = files.syncer()?;
+        let budget = (!options.oversubscribe).then_some(options.memory);
         let state = State {
+            admission: Admission::new(budget, sweep.limits.memory),
             queue: resumed.edits.into_iter().map(task).collect(),
             running: HashMap::new(),
             files,
@@ -217,6 +222,7 @@ impl Pool {
             return Err(error);
         }
         let stopped = last.done < last.edits;
+        let (jobs_asked, allowed) = (self.shared.options.jobs_asked(), self.shared.options.jobs());
         state.files.close(stopped)?;
         self.syncer.sync()?;
         Ok(BatchEnd {
@@ -230,7 +236,11 @@ impl Pool {
             elapsed: last.elapsed,
             step_seconds: state.step_seconds,
             edit_seconds: state.edit_seconds,
+            jobs_asked,
+            jobs_on_processors: Some(allowed).filter(|allowed| *allowed < jobs_asked),
             jobs,
+            jobs_in_memory: state.admission.held_at(),
+            edit_memory: state.admission.edit_memory(),
             refused,
         })
     }
@@ -280,6 +290,15 @@ impl Pool {
             self.start_worker()?;
         }
         Ok(())
+    }
+}
+
+impl State {
+    /// Takes the next edit from the queue; `None` if there is none, or no memory for it yet.
+    fn next_task(&mut self) -> Option<Task> {
+        let elapsed = self.running.values().map(|running| running.began.elapsed()).max().unwrap_or_default();
+        let admits = !self.queue.is_empty() && self.admission.admits(self.running.len(), elapsed);
+        if admits { self.queue.pop_front() } else { None }
     }
 }
 
@@ -369,7 +388,7 @@ impl Worker {
             if shared.stopped() || state.error.is_some() {
                 return None;
             }
-            if let Some(task) = state.queue.pop_front() {
+            if let Some(task) = state.next_task() {
                 if let Err(error) = state.files.begin_edit(task.edit, task.attempts + 1) {
                     state.error.get_or_insert(error);
                     return None;
@@ -390,16 +409,20 @@ impl Worker {
     fn run(&mut self, task: Task, resolved: Resolved, began: Instant) -> Result<Option<EditResult>, BatchError> {
         let shared = &*self.shared;
         let stop = || shared.stopped();
+        let on_open = |memory: u64| {
+            shared.lock().admission.update(memory);
+            shared.changed.notify_all();
+        };
         match (&shared.options.isolation, task.isolated) {
             (Some(isolation), true) => {
                 let child = self.child.get_or_insert_with(|| ChildRunner::new(isolation.clone()));
-                child.run(&shared.sweep, &resolved, &stop)
+                child.run(&shared.sweep, &resolved, &on_open, &stop)
             }
             _ => {
                 let (sweep, search, meshes) = (&*shared.sweep, &shared.options.search, &shared.meshes);
-                let parts = &shared.parts;
+                let (parts, memory, on_open) = (&shared.parts, shared.options.memory, &on_open as &dyn Fn(u64));
                 let cancel = CancelToken::of(Arc::clone(&shared.options.stop));
-                EditRunner { sweep, search, meshes, parts, cancel }.run(&resolved, began, &stop)
+                EditRunner { sweep, search, meshes, parts, memory, on_open, cancel }.run(&resolved, began, &stop)
             }
         }
     }

@@ -66,6 +66,10 @@ pub(crate) struct EditRunner<'a> {
     pub(crate) meshes: &'a MeshStore,
     /// Models and grids that several edits use.
     pub(crate) parts: &'a SharedParts,
+    /// Memory that an edit may take if the sweep has no limit for it.
+    pub(crate) memory: MemoryBudget,
+    /// Gets the estimated memory of each edit once it is open, bytes.
+    pub(crate) on_open: &'a dyn Fn(u64),
     /// Interrupts the current step.
     pub(crate) cancel: CancelToken,
 }
@@ -108,6 +112,7 @@ impl EditRunner<'_> {
                 return Ok(Some(EditResult::failed(failure, self.sweep, seconds)));
             }
         };
+        (self.on_open)(session.memory_estimate());
         let keep = &self.sweep.keep;
         let (mut run, mut trace) = (RunStatistics::new(source, &session, began), TraceKeeper::new(keep, &session));
         let mut failure = None;
@@ -150,7 +155,7 @@ impl EditRunner<'_> {
         let (scene, source) = resolved.scene.as_ref().map_err(|e| Failure::new(FailureClass::Scene, e))?;
         let plan = Plan::new(scene, source).map_err(|e| Failure::new(FailureClass::Scene, e))?;
         let (search, mesh) = (self.search.clone(), resolved.edit.model.clone());
-        let memory = self.sweep.limits.memory.map_or_else(MemoryBudget::default, MemoryBudget::new);
+        let memory = self.sweep.limits.memory.map_or(self.memory, MemoryBudget::new);
         let options = Options { mesh, memory, ..Options::new(search, 1) };
         let session =
             Session::open_shared(scene, source, plan, &options, self.parts).map_err(|e| Failure::of_opening(&e))?;

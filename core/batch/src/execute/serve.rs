@@ -9,11 +9,25 @@ use crate::store::MeshStore;
 use crate::sweep::Sweep;
 use pliant_engine::session::{CancelToken, SharedParts};
 use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
 use std::io::{self, BufRead, Write};
 use std::path::Path;
 use std::time::Instant;
 
-/// The reply of a child, a line of JSON.
+/// A line of JSON from a child.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Line {
+    /// The edit is open.
+    Opened {
+        /// Its estimated memory, bytes.
+        memory: u64,
+    },
+    /// The edit has ended.
+    Ended(Reply),
+}
+
+/// The reply of a child.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Reply {
     /// Key of the edit.
@@ -48,11 +62,25 @@ pub fn serve(
     input: impl BufRead,
     output: &mut impl Write,
 ) -> io::Result<()> {
+    let output = RefCell::new(output);
+    let write = |line: &Line| {
+        let mut output = output.borrow_mut();
+        writeln!(output, "{}", serde_json::to_string(line)?).and_then(|()| output.flush())
+    };
+    // A parent that has gone away is met again at the end of the edit.
+    let on_open = |memory: u64| _ = write(&Line::Opened { memory });
     let keys = KeyMaker::new(&options.program, &options.search);
     let meshes = MeshStore::new(folder);
     let parts = SharedParts::new(MODELS_KEPT);
-    let runner =
-        EditRunner { sweep, search: &options.search, meshes: &meshes, parts: &parts, cancel: CancelToken::default() };
+    let runner = EditRunner {
+        sweep,
+        search: &options.search,
+        meshes: &meshes,
+        parts: &parts,
+        memory: options.memory,
+        on_open: &on_open,
+        cancel: CancelToken::default(),
+    };
     for line in input.lines() {
         let line = line?;
         let index = line.trim().parse().ok().filter(|index| *index < sweep.edits());
@@ -61,8 +89,7 @@ pub fn serve(
         let resolved = Resolved::new(sweep, index, &keys);
         let result = runner.run(&resolved, began, &|| false);
         let result = result.map(|done| done.expect("it is not stopped")).map_err(|error| error.to_string());
-        let reply = serde_json::to_string(&Reply { key: resolved.key, result })?;
-        writeln!(output, "{reply}").and_then(|()| output.flush())?;
+        write(&Line::Ended(Reply { key: resolved.key, result }))?;
     }
     Ok(())
 }

@@ -99,7 +99,10 @@ pub enum LatticeError {
     #[error(transparent)]
     Force(#[from] ForceError),
     /// The material needs a kind of element that the discretization does not have.
-    #[error("material `{material}` wants {wanted}, which a {discretization} does not give")]
+    #[error(
+        "material `{material}` wants {wanted}, which a {discretization} does not give; grids give points, links and tetrahedra, sheets (`sheet`) points, links, \
+         triangles and hinges, tetrahedral meshes points and tetrahedra"
+    )]
     Unsupported {
         /// `grid`, `sheet` or `tetrahedral mesh`.
         discretization: &'static str,

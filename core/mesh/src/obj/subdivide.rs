@@ -105,10 +105,19 @@ impl ObjDocument {
     /// Number of faces of [`Self::subdivided`].
     pub fn faces_subdivided(&self) -> usize {
         let pieces = |face: usize| match self.corners(face).len() {
-            3 | 4 => 4,
+            3 => 4,
+            4 if self.is_convex_quad(face) => 4,
             corners => 4 * (corners - 2),
         };
         (0..self.face_count()).map(pieces).sum()
+    }
+
+    /// Whether a face is a quad that is divided as a whole.
+    fn is_convex_quad(&self, face: usize) -> bool {
+        match self.corners(face) {
+            [a, b, c, d] => is_convex(&[a, b, c, d].map(|corner| self.positions()[corner.v as usize])),
+            _ => false,
+        }
     }
 
     /// The longest side of a face, file units.
@@ -129,12 +138,12 @@ impl Subdivision<'_> {
     /// The pieces of a face.
     fn face(&mut self, face: usize) -> Vec<Vec<[u32; 3]>> {
         let corners: Vec<[u32; 3]> = self.document.corners(face).iter().map(|c| [c.v, c.vt, c.vn]).collect();
-        let places: Vec<Vec3> = corners.iter().map(|c| self.document.positions()[c[0] as usize]).collect();
-        if let (&[a, b, c, d], [p, q, r, s]) = (&corners[..], &places[..])
-            && is_convex(&[*p, *q, *r, *s])
+        if let &[a, b, c, d] = &corners[..]
+            && self.document.is_convex_quad(face)
         {
             return self.quad([a, b, c, d]);
         }
+        let places: Vec<Vec3> = corners.iter().map(|c| self.document.positions()[c[0] as usize]).collect();
         let mut pieces = Vec::new();
         triangulate(&places, &mut pieces);
         pieces.into_iter().flat_map(|piece| self.triangle(piece.map(|corner| corners[corner]))).collect()
@@ -256,8 +265,11 @@ mod tests {
     #[test]
     fn a_quad_that_is_not_convex_is_not_turned_over() {
         // An arrow head.
-        let fine = document("v 0 0 0\nv 2 2 0\nv 0 1 0\nv -2 2 0\nf 1 2 3 4\n").subdivided().unwrap();
+        let coarse = document("v 0 0 0\nv 2 2 0\nv 0 1 0\nv -2 2 0\nf 1 2 3 4\n");
+        let fine = coarse.subdivided().unwrap();
+        assert_eq!(fine.face_count(), coarse.faces_subdivided());
         let surface = Surface::from_document(&fine);
+        assert_eq!(fine.face_count(), 8, "it is cut into two triangles, which are divided");
         let up = surface.triangles.iter().map(|t| {
             let [a, b, c] = t.map(|v| surface.point(v));
             (b - a).cross(&(c - a)).z

@@ -1,5 +1,6 @@
 //! The sections of a self-convergence report, one for the forces and one for the surface.
 
+use super::front::Front;
 use super::series::{LEVEL, RefinementSeries, STEP, TOLERANCE};
 use crate::plot::{Axis, Curve, LinePlot, format_short};
 use crate::row::Row;
@@ -9,21 +10,27 @@ use crate::section::{Section, Table};
 const ERROR_LABEL: &str = "difference from the reference (relative, 1)";
 
 /// A section for each case among the rows.
-pub(super) fn sections(all: &[RefinementSeries], rows: &[Row]) -> Vec<Section> {
+pub(super) fn sections(fronts: &[Front], rows: &[Row]) -> Vec<Section> {
     let mut cases: Vec<&str> = rows.iter().filter(|r| r.error.is_some()).map(|r| r.case.as_str()).collect();
     cases.sort_unstable();
     cases.dedup();
-    cases.iter().map(|case| CaseRows { case, all, rows }.section()).collect()
+    let of_front = |front| cases.iter().map(move |case| CaseRows { case, front, rows }).filter(CaseRows::has_rows);
+    fronts.iter().flat_map(of_front).map(|case| case.section()).collect()
 }
 
-/// A case, and all series and rows of the report.
+/// A case, the front whose runs it compares, and all rows of the report.
 struct CaseRows<'a> {
     case: &'a str,
-    all: &'a [RefinementSeries],
+    front: &'a Front,
     rows: &'a [Row],
 }
 
 impl CaseRows<'_> {
+    /// Whether the case has rows of the front.
+    fn has_rows(&self) -> bool {
+        self.front.series.iter().any(|series| !self.of(series).is_empty())
+    }
+
     /// The section of the case: error against run time and against each refined setting, and the table of runs.
     fn section(&self) -> Section {
         let case = self.case;
@@ -32,7 +39,8 @@ impl CaseRows<'_> {
             x: Axis::log("wall-clock time of the steps (s)"),
             y: Axis::log(ERROR_LABEL),
             curves: self
-                .all
+                .front
+                .series
                 .iter()
                 .map(|series| self.curve(series, &|r| r.wall_seconds, true))
                 .filter(|c| !c.points.is_empty())
@@ -41,7 +49,7 @@ impl CaseRows<'_> {
         let mut plots = vec![(format!("{}-work", file_name(case)), work.svg())];
         for path in [STEP, TOLERANCE, LEVEL] {
             let along: Vec<&RefinementSeries> =
-                self.all.iter().filter(|s| s.path == path && !self.of(s).is_empty()).collect();
+                self.front.series.iter().filter(|s| s.path == path && !self.of(s).is_empty()).collect();
             let Some(first) = along.first() else { continue };
             let picture = LinePlot {
                 title: format!("{case}: against {}", first.axis),
@@ -51,10 +59,13 @@ impl CaseRows<'_> {
             };
             plots.push((format!("{}-{}", file_name(case), file_name(path)), picture.svg()));
         }
-        let text = "The same scene, refined, is the reference. Force: root mean square of the difference over that of the \
-                    force, at common times, before force safety. Surface: largest distance at the end over the largest \
-                    displacement.";
-        Section { title: case.into(), text: vec![text.into()], plots, tables: vec![self.table()] }
+        let text = "Force: root mean square of the difference over that of the force, at common times, before force safety. Surface: largest \
+                    distance at the end over the largest displacement.";
+        let mut references: Vec<&str> =
+            self.front.series.iter().flat_map(|series| self.of(series)).map(|row| &*row.reference).collect();
+        references.dedup();
+        let reference = format!("Reference: the same scene with {}. {}", references.join("; or "), self.front.why);
+        Section { title: case.into(), text: vec![reference, text.into()], plots, tables: vec![self.table()] }
     }
 
     /// Rows of a series that have an error.
@@ -79,7 +90,7 @@ impl CaseRows<'_> {
     fn table(&self) -> Table {
         let head = ["what is refined", "value", "error (1)", "order", "wall (s)", "CPU (s)", "iterations", "front"];
         let mut table = Table::new("Runs", &head);
-        for r in self.all.iter().flat_map(|series| self.of(series)) {
+        for r in self.front.series.iter().flat_map(|series| self.of(series)) {
             let (path, value) = r.parameters.first_key_value().map_or(("", 0.0), |(k, v)| (k.as_str(), *v));
             let error = r.error.map_or_else(|| "-".into(), format_short);
             let order = r.order.map_or_else(|| "-".into(), |o| format!("{o:.2}"));

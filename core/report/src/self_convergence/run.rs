@@ -1,7 +1,8 @@
 //! Runs the refinement series of a scene and compares each run with its reference.
 
+use super::front::{Front, Settings, describe};
 use super::page::sections;
-use super::series::{LEVEL, RefinementSeries, STEP, refinement_series};
+use super::series::{LEVEL, RefinementSeries, STEP, TOLERANCE, fronts};
 use crate::catalogue::NotRun;
 use crate::context::ReportContext;
 use crate::document::Measurements;
@@ -42,7 +43,15 @@ struct Trajectory {
     largest_displacement: f64,
 }
 
-/// Runs a scene at several steps, solver tolerances and grid levels, and compares them with the finest of each.
+/// A run with which others are compared.
+struct Reference {
+    /// Its settings, as people read them.
+    text: String,
+    /// What it computed.
+    trajectory: Trajectory,
+}
+
+/// Runs a scene at several steps, solver tolerances and grid levels, and compares all that compute the same thing with the most accurate run of it.
 ///
 /// # Errors
 /// Returns an error if the scene cannot be opened with its own settings. Refined scenes that cannot be opened are listed as not run.
@@ -52,73 +61,138 @@ pub fn self_convergence(
     journal: &mut Journal,
 ) -> Result<Measurements, SessionError> {
     let (scene, session) = scene_run(scene_input, scene_input.settings.to_vec(), context).open()?;
-    let all = refinement_series(&scene, &session, context.options.quick);
+    let fronts = fronts(&scene, &session, context.options.quick);
     let lattice = session.bodies.first().and_then(|body| body.discretization.lattice());
     let level = lattice.map_or(0, |lattice| u64::from(lattice.settings.level));
     drop(session);
-    let total = all.iter().map(|series| series.values.len()).sum();
-    let (mut done, mut rows, mut not_run) = (0, Vec::new(), Vec::new());
-    for series in &all {
-        let threads = context.options.threads;
-        let empty: Vec<[Row; 2]> =
-            series.values.iter().map(|v| empty_rows(scene_input.path, series, *v, &scene, level, threads)).collect();
+    let total =
+        fronts.iter().map(|front| 1 + front.series.iter().map(|series| series.values.len()).sum::<usize>()).sum();
+    let mut runs = Runs { scene_input, done: 0, total, not_run: Vec::new() };
+    let mut rows = Vec::new();
+    for front in &fronts {
+        let empty = |series: &RefinementSeries| -> Vec<[Row; 2]> {
+            let row = |value: &f64| {
+                empty_rows(scene_input.path, front, series, *value, &scene, level, context.options.threads)
+            };
+            series.values.iter().map(row).collect()
+        };
+        let empty: Vec<Vec<[Row; 2]>> = front.series.iter().map(empty).collect();
         let known = |rows: &[Row; 2]| Some([journal.get(&rows[0].key())?, journal.get(&rows[1].key())?]);
-        let old: Option<Vec<[Row; 2]>> = empty[..empty.len() - 1].iter().map(known).collect();
-        if let Some(old) = old {
-            done += series.values.len();
-            rows.extend(old.into_iter().flatten());
-            continue;
-        }
-        // Forces are compared at multiples of the coarsest step.
-        let sample_period = if series.path == STEP { series.values[0] } else { scene.time.dt.get_ref().si };
-        // The reference is run first: the others are compared with it.
-        let mut reference: Option<Trajectory> = None;
-        let mut of_series = Vec::new();
-        for (value, empty) in series.values.iter().zip(empty).rev() {
-            if context.is_stopped() {
-                return Ok(Measurements { rows, sections: Vec::new(), not_run });
+        let old: Vec<Option<Vec<[Row; 2]>>> = empty.iter().map(|rows| rows.iter().map(known).collect()).collect();
+        let reference = if old.iter().all(Option::is_some) {
+            runs.done += 1;
+            None
+        } else {
+            runs.reference(front, context)
+        };
+        for ((series, empty), old) in front.series.iter().zip(empty).zip(old) {
+            if let Some(old) = old {
+                runs.done += series.values.len();
+                rows.extend(old.into_iter().flatten());
+                continue;
             }
-            context.announce(done, total, &format!("{}, {} = {value}", series.name, series.path));
-            done += 1;
-            let mut settings = scene_input.settings.to_vec();
-            settings.extend(series.settings.iter().cloned());
-            settings.push((series.path.to_owned(), value.to_string()));
-            let tracked = run_and_track(&scene_run(scene_input, settings, context), sample_period);
-            if context.is_stopped() {
-                return Ok(Measurements { rows, sections: Vec::new(), not_run });
-            }
-            match (tracked, &reference) {
-                (Err(error), _) => {
-                    let case = format!("{}, {} = {}", series.name, series.path, format_short(*value));
-                    not_run.push(NotRun { case, why: error.to_string() });
-                    if reference.is_none() {
-                        break;
-                    }
-                }
-                (Ok((result, trajectory)), None) => {
-                    context.add_run(&result);
-                    reference = Some(trajectory);
-                }
-                (Ok((result, trajectory)), Some(reference)) => {
-                    context.add_run(&result);
-                    for (mut row, error) in empty.into_iter().zip(errors(&trajectory, reference)) {
+            let Some(reference) = &reference else { continue };
+            let mut of_series = Vec::new();
+            for (value, empty) in series.values.iter().zip(empty) {
+                if let Some((result, trajectory)) = runs.run_at(front, series, *value, context) {
+                    for (mut row, error) in empty.into_iter().zip(errors(&trajectory, &reference.trajectory)) {
                         row.error = error.is_finite().then_some(error);
+                        row.reference.clone_from(&reference.text);
                         row.set_cost(&result);
                         row.note = result.frozen.clone().unwrap_or_default();
                         judge_forces(series, *value, &mut row);
                         of_series.push(row);
                     }
                 }
+                if context.is_stopped() {
+                    return Ok(Measurements { rows, sections: Vec::new(), not_run: runs.not_run });
+                }
             }
+            fill_orders(series, &mut of_series);
+            of_series.iter().for_each(|row| journal.put(row));
+            rows.extend(of_series);
         }
-        of_series.reverse();
-        fill_orders(series, &mut of_series);
-        of_series.iter().for_each(|row| journal.put(row));
-        rows.extend(of_series);
+        if context.is_stopped() {
+            return Ok(Measurements { rows, sections: Vec::new(), not_run: runs.not_run });
+        }
     }
     fill_fronts(&mut rows);
-    let sections = sections(&all, &rows);
-    Ok(Measurements { rows, sections, not_run })
+    let sections = sections(&fronts, &rows);
+    Ok(Measurements { rows, sections, not_run: runs.not_run })
+}
+
+/// The runs of a report so far.
+struct Runs<'a> {
+    /// The scene.
+    scene_input: SceneInput<'a>,
+    /// Number of runs that are done, or known from before.
+    done: usize,
+    /// Number of all runs.
+    total: usize,
+    /// Runs that could not be made.
+    not_run: Vec<NotRun>,
+}
+
+impl Runs<'_> {
+    /// The reference of a front; `None` if none of its candidates opens and converges.
+    fn reference(&mut self, front: &Front, context: &mut ReportContext<'_>) -> Option<Reference> {
+        self.done += 1;
+        for settings in &front.references {
+            let text = describe(settings);
+            context.announce(self.done - 1, self.total, &format!("reference: {text}"));
+            match self.run(settings, front.sample_period, context) {
+                _ if context.is_stopped() => return None,
+                Ok((result, trajectory)) => match unusable(&result) {
+                    None => return Some(Reference { text, trajectory }),
+                    Some(why) => self.not_run.push(NotRun { case: format!("reference: {text}"), why }),
+                },
+                Err(error) => self.not_run.push(NotRun { case: format!("reference: {text}"), why: error.to_string() }),
+            }
+        }
+        None
+    }
+
+    /// The run of a series at a value; `None` if it cannot be opened.
+    fn run_at(
+        &mut self,
+        front: &Front,
+        series: &RefinementSeries,
+        value: f64,
+        context: &mut ReportContext<'_>,
+    ) -> Option<(RunResult, Trajectory)> {
+        context.announce(self.done, self.total, &format!("{}, {} = {value}", series.name, series.path));
+        self.done += 1;
+        let mut settings = series.settings.clone();
+        settings.push((series.path.to_owned(), value.to_string()));
+        match self.run(&settings, front.sample_period, context) {
+            _ if context.is_stopped() => None,
+            Ok(found) => Some(found),
+            Err(error) => {
+                let case = format!("{}, {} = {}", series.name, series.path, format_short(value));
+                self.not_run.push(NotRun { case, why: error.to_string() });
+                None
+            }
+        }
+    }
+
+    /// A run of the scene with settings, those of the command first.
+    fn run(
+        &self,
+        settings: &Settings,
+        sample_period: f64,
+        context: &mut ReportContext<'_>,
+    ) -> Result<(RunResult, Trajectory), SessionError> {
+        let all = [self.scene_input.settings, settings].concat();
+        let found = run_and_track(&scene_run(self.scene_input, all, context), sample_period)?;
+        context.add_run(&found.0);
+        Ok(found)
+    }
+}
+
+/// Why a run cannot be a reference; `None` if it can.
+fn unusable(result: &RunResult) -> Option<String> {
+    let unconverged = (result.unconverged > 0).then(|| format!("{} solves did not converge", result.unconverged));
+    result.frozen.clone().or(unconverged)
 }
 
 /// A run of the scene with settings.
@@ -135,6 +209,7 @@ fn scene_run<'a>(
 /// 0 without one.
 fn empty_rows(
     path: &Path,
+    front: &Front,
     series: &RefinementSeries,
     value: f64,
     scene: &Scene,
@@ -144,7 +219,7 @@ fn empty_rows(
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     COMPARED.map(|what| {
         let mut row = Row {
-            case: format!("{name}: {what}"),
+            case: format!("{name}{}: {what}", front.name),
             method: series.name.clone(),
             n: if series.path == LEVEL { value as u64 } else { level },
             dt: if series.path == STEP { value } else { scene.time.dt.get_ref().si },
@@ -208,8 +283,12 @@ fn judge_forces(series: &RefinementSeries, value: f64, row: &mut Row) {
     }
 }
 
-/// Fills in the order between a run and the next coarser one; rows of both comparisons alternate.
+/// Fills in the order between a run and the next coarser one; rows of both comparisons alternate. A tolerance has no order: beyond the error of the step it
+/// changes nothing.
 fn fill_orders(series: &RefinementSeries, rows: &mut [Row]) {
+    if series.path == TOLERANCE {
+        return;
+    }
     let size = |r: &Row| {
         let value = r.parameters[series.path];
         // A cell halves with each level.

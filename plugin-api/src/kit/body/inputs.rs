@@ -1,18 +1,10 @@
-//! What the suite changes and compares of the input of calls: guard planes, and measures.
+//! What the suite changes and compares of the input of calls.
 
 use super::super::tested_material::MaterialUnderTest;
 use super::{Body, ElementSet};
 use crate::fault::Fault;
 
 impl Body {
-    /// Sets the guard planes around rest data and histories.
-    pub(in crate::kit) fn set_guards(&mut self, value: f64) {
-        for set in &mut self.sets {
-            set.rest_data.set_guards(value);
-            set.history.set_guards(value);
-        }
-    }
-
     /// Multiplies the measure of each element of a kind by `factor(element)`. The material writes its rest data again.
     ///
     /// # Errors
@@ -37,17 +29,5 @@ impl Body {
             lists.chain(s.rest_data.bits()).chain(s.history.bits()).chain(s.fields.bits()).collect::<Vec<_>>()
         };
         nodes.chain(self.sets.iter().flat_map(of_set)).collect()
-    }
-
-    /// Whether an update of the histories leaves the guard planes around them as they are.
-    ///
-    /// # Errors
-    /// The material's fault.
-    pub(in crate::kit) fn advance_keeps_guards<S: MaterialUnderTest + ?Sized>(
-        &self,
-        material: &S,
-    ) -> Result<bool, Fault> {
-        let next = self.next_guarded_histories(material, usize::MAX)?;
-        Ok(self.sets.iter().zip(&next).all(|(set, next)| set.history.guard_bits().eq(next.guard_bits())))
     }
 }

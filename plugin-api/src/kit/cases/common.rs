@@ -2,7 +2,7 @@
 
 use super::super::candidate::{Candidate, Kind};
 use super::super::instance::TestInstance;
-use super::{Case, CaseResult, describe_fault, ensure, skipped};
+use super::{Case, CaseResult, UNCOUNTED, describe_fault, ensure, skipped};
 use crate::abi;
 
 pub(super) const CASES: &[Case] = &[
@@ -32,6 +32,11 @@ pub(super) const CASES: &[Case] = &[
         run: opens_with_defaults,
     },
     Case { name: "opens-many-times", promise: "instances can be made and destroyed repeatedly", run: opens_many_times },
+    Case {
+        name: "memory-is-given-back",
+        promise: "an instance that is destroyed has given back what it allocated",
+        run: memory_is_given_back,
+    },
 ];
 
 /// Lower-case letters, digits and dashes.
@@ -132,4 +137,24 @@ fn opens_many_times(c: &Candidate) -> CaseResult {
         ensure(is_device || second.is_ok(), || format!("round {round} of {rounds}: no second instance"))?;
     }
     Ok(())
+}
+
+fn memory_is_given_back(c: &Candidate) -> CaseResult {
+    /// Instances that are made before memory is counted: the first ones may make what all share.
+    const FIRST: usize = 3;
+    /// Instances whose memory is counted.
+    const COUNTED: i64 = 4;
+    let live = c.live_count().ok_or_else(|| skipped(UNCOUNTED))?;
+    for _ in 0..FIRST {
+        if let Err(fault) = c.open(&[]) {
+            return Err(skipped(describe_fault(fault)));
+        }
+    }
+    let before = live();
+    (0..COUNTED).for_each(|_| drop(c.open(&[])));
+    let kept = live() - before;
+    // A list that all instances share may grow now and then, and not with each.
+    Ok(ensure(kept < COUNTED, || {
+        format!("{COUNTED} instances that were made and destroyed left {kept} allocations behind")
+    })?)
 }

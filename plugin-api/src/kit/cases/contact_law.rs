@@ -70,6 +70,11 @@ pub(super) const CASES: &[Case] = &[
         promise: "a gap, gap rate or slip rate that is not a number gives a traction that is none, or a fault",
         run: nan_is_reported,
     },
+    Case {
+        name: "arrays-are-kept-to",
+        promise: "calls read nothing around their arrays, and write nothing into inputs or around outputs",
+        run: repeatability::arrays_are_kept_to,
+    },
 ];
 
 /// Deepest overlap of random states, m.

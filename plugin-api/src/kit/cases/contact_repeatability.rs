@@ -1,7 +1,7 @@
 //! Cases for repeatability of contact laws: results do not depend on ranges, earlier calls, other instances or threads, and need no allocation.
 
 use super::super::candidate::Candidate;
-use super::super::contact_law::TestContactLaw;
+use super::super::contact_law::{STATES, TestContactLaw};
 use super::super::random::Random;
 use super::contact_law::{history_of, random_point, with_law};
 use super::{CaseResult, UNCOUNTED, describe_fault, ensure, skipped};
@@ -41,6 +41,27 @@ fn result_bits(law: &TestContactLaw, state: &ContactState, max_points: usize) ->
     law.advance(points, &mut next, max_points)?;
     bits.extend(next.iter().map(|x| x.to_bits()));
     Ok(bits)
+}
+
+pub(super) fn arrays_are_kept_to(c: &Candidate) -> CaseResult {
+    with_law(c, |mut law| {
+        let state = state(&law, 3)?;
+        let bits = |law: &TestContactLaw| result_bits(law, &state, 7).map_err(describe_fault);
+        let plain = bits(&law)?;
+        if let Some(write) = law.guards.first_write() {
+            return Err(write.into());
+        }
+        if bits(&law)? != plain {
+            return Err(skipped("results differ from call to call: see `results-are-deterministic`"));
+        }
+        for (array, number) in STATES.iter().flat_map(|array| [1e3, f64::NAN].map(|number| (array, number))) {
+            law.guards.change(array, number);
+            ensure(bits(&law)? == plain, || {
+                format!("results depend on what lies around `{array}`: {number} there changes them")
+            })?;
+        }
+        Ok(())
+    })
 }
 
 pub(super) fn calls_are_bit_identical(c: &Candidate) -> CaseResult {

@@ -38,6 +38,11 @@ pub(super) const CASES: &[Case] = &[
         promise: "a device that is opened again renders nothing of what was asked for before",
         run: reopened_device_is_silent,
     },
+    Case {
+        name: "arrays-are-kept-to",
+        promise: "calls write a pose for each effector and nothing around them, and leave the outputs that they read as they are",
+        run: arrays_are_kept_to,
+    },
 ];
 
 /// A millisecond, ns.
@@ -50,6 +55,17 @@ fn with_device(c: &Candidate, test: impl FnOnce(TestDevice) -> CaseResult) -> Ca
         Err(fault) if needs_more_than_numbers(c) => Err(skipped(describe_fault(fault))),
         Err(fault) => Err(describe_fault(fault).into()),
     }
+}
+
+fn arrays_are_kept_to(c: &Candidate) -> CaseResult {
+    with_device(c, |device| {
+        for now in [0, MS, 20 * MS] {
+            device.read(now).map_err(describe_fault)?;
+            device.write(now, output([0.1, 0.2, -0.3], now + 5 * MS)).map_err(describe_fault)?;
+            device.rendered_force(now).map_err(describe_fault)?;
+        }
+        device.guards.first_write().map_or(Ok(()), |write| Err(write.into()))
+    })
 }
 
 /// The force a device renders at `now`, N; skips a device without `pliant.rendered/1`.

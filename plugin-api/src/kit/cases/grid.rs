@@ -38,6 +38,11 @@ pub(super) const CASES: &[Case] = &[
         promise: "cells that the surface passes through have the state PLIANT_CELL_SURFACE",
         run: surface_cells_are_marked,
     },
+    Case {
+        name: "arrays-are-kept-to",
+        promise: "calls read nothing around their arrays, and write nothing into inputs or around outputs",
+        run: arrays_are_kept_to,
+    },
 ];
 
 /// The finest level built.
@@ -112,6 +117,47 @@ impl Built {
         let cell = cell.ok_or_else(|| format!("the cell of point {i} is not part of the body"))?;
         Ok(self.whole.cell_corners[cell].map(|n| self.whole.node_rest[n as usize]))
     }
+}
+
+/// Bits of a region, of weights, and of positions and loads of the grid's own embedding.
+fn result_bits(grid: &TestGrid) -> Result<Vec<u64>, String> {
+    let (points, triangles) = ball();
+    grid.build(&points, &triangles, LEVEL).map_err(describe_fault)?;
+    let region = grid.region(LEVEL, WHOLE).map_err(describe_fault)?;
+    let (cells, weights) = grid.weights(LEVEL, &points).map_err(describe_fault)?;
+    let corners = vec![[[0.01, 0.02, 0.03]; 8]; points.len()];
+    let place = grid.place(LEVEL, &points, &corners).map_err(describe_fault)?;
+    let floats = region.node_rest.iter().flatten().chain(&region.node_measure).chain(weights.iter().flatten());
+    let mut bits: Vec<u64> =
+        floats.map(|v| v.to_bits()).chain(cells).chain(region.cell_id).chain(region.node_id).collect();
+    bits.extend(region.cell_corners.iter().flatten().chain(region.link_nodes.iter().flatten()).map(|n| u64::from(*n)));
+    if let Some(place) = place {
+        let loads = grid.pull_back(LEVEL, &points, &corners, &points).map_err(describe_fault)?;
+        bits.extend(place.iter().flatten().chain(loads.iter().flatten().flatten()).map(|v| v.to_bits()));
+    }
+    Ok(bits)
+}
+
+/// The case of this name, with another grid for each array whose guards change.
+fn arrays_are_kept_to(c: &Candidate) -> CaseResult {
+    let open = || TestGrid::new(c.open(&[]).map_err(describe_fault)?).map_err(describe_fault);
+    let grid = open()?;
+    let plain = result_bits(&grid)?;
+    if let Some(write) = grid.guards.first_write() {
+        return Err(write.into());
+    }
+    if result_bits(&open()?)? != plain {
+        return Err(skipped("results differ from instance to instance"));
+    }
+    // Numbers around triangles are vertices of the ball.
+    for (array, number) in
+        [("points", f64::NAN), ("triangles", 1.0), ("rest", f64::NAN), ("corners", f64::NAN), ("loads", f64::NAN)]
+    {
+        let mut grid = open()?;
+        grid.guards.change(array, number);
+        ensure(result_bits(&grid)? == plain, || format!("results depend on what lies around `{array}`"))?;
+    }
+    Ok(())
 }
 
 fn weights_sum_to_one(c: &Candidate) -> CaseResult {

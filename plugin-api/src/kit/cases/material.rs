@@ -212,8 +212,18 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "planes-are-kept-to",
-        promise: "calls read nothing around the planes of rest data and history, and write to their own output alone",
+        promise: "calls read nothing around the planes of rest data, history and fields, and write nothing into or around them",
         run: guards::planes_are_kept_to,
+    },
+    Case {
+        name: "arrays-are-kept-to",
+        promise: "calls read nothing around positions, elements, measures and all other arrays, and write nothing into inputs or around outputs",
+        run: guards::arrays_are_kept_to,
+    },
+    Case {
+        name: "writes-stay-at-own-elements",
+        promise: "a call writes to the nodes, blocks and values of its own elements alone",
+        run: guards::writes_stay_at_own_elements,
     },
     Case {
         name: "no-call-panics",

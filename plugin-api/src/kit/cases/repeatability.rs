@@ -104,7 +104,7 @@ unsafe impl Sync for Called<'_> {}
 /// would meet no other.
 pub(super) fn threads_are_bit_identical(c: &Candidate) -> CaseResult {
     const ROUNDS: usize = 50;
-    const MOST_ROUNDS: usize = 100 * ROUNDS;
+    const MOST_ROUNDS: usize = 20 * ROUNDS;
     let (material, body) = moving_body(c)?;
     let mut other = body.clone();
     deform(&mut other, 0.9, 0.2);
@@ -114,15 +114,20 @@ pub(super) fn threads_are_bit_identical(c: &Candidate) -> CaseResult {
     if [alone(&body)?, alone(&other)?] != expected {
         return Err(skipped("results differ without threads too: see `results-are-deterministic`"));
     }
+    let often = |body: &Body| Often::of(called.0, body).map_err(describe_fault);
+    let expected_often = [often(&body)?, often(&other)?];
     let done = [const { AtomicUsize::new(0) }; 2];
     let again = |body: &Body, own: usize| {
         let called = &called;
         let is_due = |round: &usize| *round < ROUNDS || done[1 - own].load(Ordering::Relaxed) < ROUNDS;
-        let all = (0..MOST_ROUNDS).take_while(is_due).try_for_each(|_| {
+        let all = (0..MOST_ROUNDS).take_while(is_due).try_for_each(|_| -> Result<(), String> {
+            let differs =
+                |what: &str| format!("{what} of a state had other bytes while another thread computed another state");
             let found = result_bits(called.0, body, usize::MAX).map_err(describe_fault)?;
+            ensure(found == expected[own], || differs("results"))?;
+            call_often(called.0, body, &expected_often[own], &differs)?;
             done[own].fetch_add(1, Ordering::Relaxed);
-            let is_same = found == expected[own];
-            ensure(is_same, || "a state gave other bytes while another thread computed another state".into())
+            Ok(())
         });
         done[own].store(ROUNDS, Ordering::Relaxed);
         all
@@ -134,6 +139,42 @@ pub(super) fn threads_are_bit_identical(c: &Candidate) -> CaseResult {
         let there = thread.join().map_err(|_| "a thread panicked".to_owned())?;
         here.and(there)
     })?;
+    Ok(())
+}
+
+/// Results of the functions that are called again and again.
+struct Often {
+    /// J
+    energy: f64,
+    /// N (n x 3)
+    force: Vec<[f64; 3]>,
+}
+
+impl Often {
+    /// The results in a state.
+    fn of(material: &TestInstance, body: &Body) -> Result<Self, Fault> {
+        Ok(Self { energy: body.energy(material)?, force: body.forces(material)? })
+    }
+}
+
+/// Calls `energy` and `forces` many times with next to nothing between two calls, so that threads are mostly inside of them. `differs` is the sentence for what is not as
+/// expected.
+fn call_often(
+    material: &TestInstance,
+    body: &Body,
+    expected: &Often,
+    differs: &dyn Fn(&str) -> String,
+) -> Result<(), String> {
+    const CALLS: usize = 40;
+    let mut force = vec![[0.0; 3]; body.x.len()];
+    for _ in 0..CALLS {
+        force.fill([0.0; 3]);
+        body.add_forces(material, &mut force).map_err(describe_fault)?;
+        let same = force.iter().flatten().zip(expected.force.iter().flatten()).all(|(a, b)| a.to_bits() == b.to_bits());
+        ensure(same, || differs("forces"))?;
+        let energy = body.energy(material).map_err(describe_fault)?;
+        ensure(energy.to_bits() == expected.energy.to_bits(), || differs("the energy"))?;
+    }
     Ok(())
 }
 
