@@ -16,18 +16,14 @@ use std::process::Command;
 pub fn device(cli: &Cli, command: &DeviceCommand) -> Result<Outcome, Failure> {
     match command {
         DeviceCommand::List(args) if !args.child.is_empty() => {
-            return answer(&args.child, |library, _| Ok(devices_json(library)));
+            answer(&args.child, |library, _| Ok(devices_json(library)))
         }
         DeviceCommand::Doctor(DoctorArgs { name: Some(name), set, child: Some(path), .. }) => {
-            return answer(std::slice::from_ref(path), |library, _| device_json(library, name, set));
+            answer(std::slice::from_ref(path), |library, _| device_json(library, name, set))
         }
-        _ => {}
-    }
-    let search = search_path(cli)?;
-    match command {
-        DeviceCommand::List(_) => list(cli, &search),
-        DeviceCommand::Doctor(args) => doctor(cli, &search, args),
-        DeviceCommand::Emulate { name, args } => emulate(&search, name, args),
+        DeviceCommand::List(_) => list(cli, &search_path(cli)?),
+        DeviceCommand::Doctor(args) => doctor(cli, &search_path(cli)?, args),
+        DeviceCommand::Emulate { name, args } => emulate(&search_path(cli)?, name, args),
     }
 }
 

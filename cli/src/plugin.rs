@@ -15,16 +15,10 @@ use std::path::Path;
 /// Lists plugins, shows one, begins one, or checks one.
 pub fn plugin(cli: &Cli, command: &PluginCommand) -> Result<Outcome, Failure> {
     match command {
-        PluginCommand::List(args) if !args.child.is_empty() => return answer(&args.child, plugins_json),
-        PluginCommand::Info(InfoArgs { child: Some(path), .. }) => {
-            return answer(std::slice::from_ref(path), description_json);
-        }
-        _ => {}
-    }
-    let search = search_path(cli)?;
-    match command {
-        PluginCommand::List(_) => list(cli, &search),
-        PluginCommand::Info(args) => info(cli, &search, args),
+        PluginCommand::List(args) if !args.child.is_empty() => answer(&args.child, plugins_json),
+        PluginCommand::Info(InfoArgs { child: Some(path), .. }) => answer(std::slice::from_ref(path), description_json),
+        PluginCommand::List(_) => list(cli, &search_path(cli)?),
+        PluginCommand::Info(args) => info(cli, &search_path(cli)?, args),
         PluginCommand::New(args) => new(cli, args),
         PluginCommand::Check(args) => check(cli, args),
     }
