@@ -289,7 +289,8 @@ fn model_text(request: &OpenRequest) -> Result<(String, ModelFacts), String> {
     Ok((text, facts))
 }
 
-/// Vertices at the top of each connected part of a sheet, by which it hangs: a part that nothing holds would drift away from a push.
+/// Vertices at the top of each connected part of a sheet, by which it hangs, and those beside them: a part that nothing holds would drift away from a push, and
+/// one that is held by a line alone would turn about it for ever.
 fn tops(surface: &Surface) -> Vec<u32> {
     let shells = surface.shells();
     let heights = |triangle: usize| surface.triangles[triangle].map(|v| surface.points[v as usize].y);
@@ -308,7 +309,11 @@ fn tops(surface: &Surface) -> Vec<u32> {
     let mut held: Vec<u32> = corners.filter(is_top).map(|(v, _)| v).collect();
     held.sort_unstable();
     held.dedup();
-    held
+    let is_beside = |triangle: &&[u32; 3]| triangle.iter().any(|v| held.binary_search(v).is_ok());
+    let mut clamped: Vec<u32> = surface.triangles.iter().filter(is_beside).flatten().copied().collect();
+    clamped.sort_unstable();
+    clamped.dedup();
+    clamped
 }
 
 /// Fabrics that the material of sheets offers; none where it is not there.

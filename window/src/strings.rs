@@ -32,6 +32,12 @@ pub const PICTURE: &str = "Save a picture";
 pub const UNDO: &str = "Undo";
 /// See [`UNDO`].
 pub const REDO: &str = "Redo";
+/// Undo before any stroke.
+pub const NOTHING_TO_UNDO: &str =
+    "There is nothing to take back: the model is as it was opened, or as the last Apply has left it.";
+/// Redo where nothing was taken back.
+pub const NOTHING_TO_REDO: &str =
+    "There is nothing to make again: no stroke was taken back, or another one was made since.";
 /// Heading of the list of strokes.
 pub const HISTORY: &str = "History";
 /// The first entry of the list of strokes.
@@ -368,8 +374,16 @@ pub const CLOSE: &str = "Close";
 pub const UNSAVED: &str = "There are strokes that have not been saved.";
 /// See [`UNSAVED`].
 pub const DISCARD: &str = "Discard them";
+/// Answers to [`recovery`].
+pub const DISCARD_SHAPE: &str = "Discard it";
 /// See [`UNSAVED`].
 pub const CANCEL: &str = "Cancel";
+/// Answer to [`replace`].
+pub const REPLACE: &str = "Replace it";
+/// Asks before another file is written over.
+pub fn replace(path: &Path) -> String {
+    format!("{} is there already.", path.display())
+}
 /// Asks for a file with the system's dialog.
 pub const BROWSE: &str = "Browse...";
 /// Label of the field of a file's path.

@@ -131,8 +131,7 @@ fn a_stroke_dents_the_model_under_the_pointer_at_every_density() {
         harness.drag_at(at);
         (0..45).for_each(|_| pause(&mut harness));
         harness.drop_at(at);
-        wait(&mut harness, "a stroke", |app| app.status().done == 1);
-        (0..60).for_each(|_| pause(&mut harness));
+        wait(&mut harness, "a stroke at rest", |app| app.status().done == 1 && app.status().is_at_rest);
         harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
         wait(&mut harness, "saving", |app| !app.is_unsaved());
         let moved = deepest(&original, &std::fs::read(&path).unwrap());

@@ -23,6 +23,12 @@ pub trait HapticDevice: Send {
     /// The emergency stop of the device.
     fn stop_handle(&self) -> StopDevice;
 
+    /// Whether a tick that begins a few tens of microseconds late is felt. Without such a device the haptic thread sleeps up to its deadlines and does not
+    /// spin before them.
+    fn needs_exact_ticks(&self) -> bool {
+        true
+    }
+
     /// Changes how lengths and forces are scaled, between two ticks; nothing for a device that scales nothing.
     fn rescale(&mut self, _rescaling: &Rescaling) {}
 

@@ -26,20 +26,20 @@ impl Clock {
         self.0.elapsed().as_nanos() as u64
     }
 
-    /// Sleeps until [`SPIN`] before `due` (ns), then spins.
-    fn wait_until(&self, due: u64) {
+    /// Sleeps until `spin` (ns) before `due` (ns), then spins.
+    fn wait_until(&self, due: u64, spin: u64) {
         loop {
             let now = self.now();
             match due.checked_sub(now) {
                 None | Some(0) => return,
-                Some(left) if left > SPIN => sleep(Duration::from_nanos(left - SPIN)),
+                Some(left) if left > spin => sleep(Duration::from_nanos(left - spin)),
                 Some(_) => std::hint::spin_loop(),
             }
         }
     }
 }
 
-/// Time before a deadline from which the thread spins, ns: about the wake-up latency of the system.
+/// Time before a deadline from which the thread spins where a device needs exact ticks, ns: about the wake-up latency of the system.
 const SPIN: u64 = 60_000;
 
 /// Flags shared by the haptic thread, the watchdog and the simulation.
@@ -86,7 +86,7 @@ pub(crate) fn start(
 /// Runs ticks until it must stop or a tick panics, then stops the devices.
 fn run(servo: Servo, clock: Clock, signals: &ThreadSignals) -> HapticResult {
     let (period, lateness, latency) = (Histogram::default(), Histogram::default(), Histogram::default());
-    let rate = servo.rate();
+    let (rate, spin) = (servo.rate(), if servo.needs_exact_ticks() { SPIN } else { 0 });
     let mut result = HapticResult {
         servo,
         realtime: request(),
@@ -103,7 +103,7 @@ fn run(servo: Servo, clock: Clock, signals: &ThreadSignals) -> HapticResult {
         let mut deadlines = Deadlines::new(clock.now(), rate);
         let mut last_began = None;
         while !signals.stop.load(Ordering::Relaxed) {
-            clock.wait_until(deadlines.due());
+            clock.wait_until(deadlines.due(), spin);
             signals.ticks_begun.fetch_add(1, Ordering::Relaxed);
             let began = clock.now();
             result.servo.tick(began);

@@ -162,6 +162,10 @@ impl HapticDevice for PointerDevice {
     fn stop_handle(&self) -> StopDevice {
         Box::new(|| {}) // it renders no force
     }
+
+    fn needs_exact_ticks(&self) -> bool {
+        false
+    }
 }
 
 #[cfg(test)]

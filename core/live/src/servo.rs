@@ -116,6 +116,11 @@ impl Servo {
         })
     }
 
+    /// Whether any device needs exact ticks.
+    pub(crate) fn needs_exact_ticks(&self) -> bool {
+        self.devices.iter().any(|device| device.device.needs_exact_ticks())
+    }
+
     /// Counters of each device since it was opened, including lost devices. Not for the haptic thread.
     pub fn counters(&self) -> impl Iterator<Item = Vec<(String, u64)>> {
         self.devices.iter().map(|device| device.device.counters())

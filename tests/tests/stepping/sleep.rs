@@ -1,6 +1,7 @@
 //! Bodies that have come to rest sleep where the scene asks for it, and wake when something comes near.
 
-use pliant_engine::session::{EventKind, Session};
+use pliant_engine::session::{EventKind, HandPose, Session};
+use pliant_solver::Vec3;
 use pliant_tests::open;
 
 /// A damped cloth that is held all around; a finger comes down on it after a second and stays.
@@ -69,4 +70,27 @@ fn a_cloth_at_rest_costs_nothing_and_is_there_when_it_is_touched() {
     let off = (force(&sleeping) / force(&waking) - 1.0).abs();
     assert!(off < 1e-3, "the finger feels {} of {} N", force(&sleeping), force(&waking));
     assert_eq!(sleeping.events.count(EventKind::Asleep), 1, "a cloth that is held down does not sleep");
+}
+
+/// The box of a sheet with a reach of an edge is larger than what a fingertip can touch.
+#[test]
+fn a_finger_that_comes_near_a_cloth_without_touching_it_wakes_nothing() {
+    let mut session = held_all_around("sleep = \"1 mm/s\"");
+    run_to(&mut session, 1.0);
+    let place = |z: f64| HandPose { position: Vec3::new(0.1, 0.1, z), rotation: Default::default(), buttons: 0 };
+    let lowest = session.bodies[0].system.nodes.x.iter().fold(0.0, |low: f64, x| low.min(x.z));
+    assert!(lowest < -1e-4, "it sags");
+    // A finger of 10 mm above the middle, where the cloth is lowest, and the edges of the cloth are 6 mm.
+    for z in [0.02, 0.013, 0.0101] {
+        for _ in 0..20 {
+            session.place_hand(0, Some(place(z)));
+            session.step();
+        }
+        assert!(session.is_at_rest() && session.frame().work[0] == 0.0, "the finger is at {z} m");
+    }
+    for _ in 0..20 {
+        session.place_hand(0, Some(place(lowest + 0.009)));
+        session.step();
+    }
+    assert!(!session.is_at_rest() && session.frame().tools[0].force[2] > 0.0, "it is touched");
 }

@@ -17,6 +17,8 @@ pub(super) struct FileDialog {
     path: String,
     /// Answer of the system's dialog, which has a thread of its own.
     browsing: Option<Receiver<Option<PathBuf>>>,
+    /// Whether the field takes keys.
+    takes_keys: bool,
 }
 
 /// What a file is asked for.
@@ -36,6 +38,8 @@ pub(super) enum Question {
     Open(Box<OpenRequest>),
     /// Not about strokes: whether to open the shape of a session that has ended without closing.
     Recover(Abandoned),
+    /// Not about strokes: whether to write over a file that is not the one that is open.
+    Replace(PathBuf),
 }
 
 const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
@@ -103,12 +107,12 @@ impl App {
 
     /// Buttons that take strokes back and make them again.
     fn undo_buttons(&mut self, ui: &mut egui::Ui) {
-        let (done, undone) = (self.status.done, self.status.strokes.len() - self.status.done);
+        let (begun, undone) = (self.status.begun, self.status.strokes.len() - self.status.begun);
         let button = |ui: &mut egui::Ui, text: &str, keys: &KeyboardShortcut, enabled: bool| {
             let keys = ui.ctx().format_shortcut(keys);
             ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(keys).clicked()
         };
-        if button(ui, strings::UNDO, &UNDO, done > 0) {
+        if button(ui, strings::UNDO, &UNDO, begun > 0) {
             self.undo();
         }
         if button(ui, strings::REDO, &REDO_TOO, undone > 0) {
@@ -185,7 +189,8 @@ impl App {
             Purpose::Export => self.request.path.with_extension("glb"),
             Purpose::Reference => self.request.path.with_extension("png"),
         };
-        self.dialog = Some(FileDialog { purpose, path: path.to_string_lossy().into_owned(), browsing: None });
+        self.dialog =
+            Some(FileDialog { purpose, path: path.to_string_lossy().into_owned(), browsing: None, takes_keys: false });
     }
 
     /// A file that was dropped on the window is opened; an image is shown behind the model that is open.
@@ -274,10 +279,11 @@ impl App {
             Purpose::Export => strings::EXPORT,
             Purpose::Reference => strings::OPEN_REFERENCE,
         };
-        let (mut answer, mut is_done) = (None, false);
+        let (mut answer, mut is_done, mut is_confirmed) = (None, false, false);
         if let Some(browsing) = &dialog.browsing {
             match browsing.try_recv() {
-                Ok(Some(path)) => answer = Some(path),
+                // The system's dialog asks before it gives a file that is there.
+                Ok(Some(path)) => (answer, is_confirmed) = (Some(path), true),
                 Ok(None) | Err(TryRecvError::Disconnected) => dialog.browsing = None,
                 Err(TryRecvError::Empty) => {}
             }
@@ -288,6 +294,9 @@ impl App {
             let entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
             if !field.has_focus() && !entered {
                 field.request_focus();
+            }
+            if field.has_focus() && !std::mem::replace(&mut dialog.takes_keys, true) {
+                self.log.event("dialog", &[("title", title.to_owned())]);
             }
             ui.horizontal(|ui| {
                 if ui.button(title).clicked() || entered {
@@ -306,38 +315,53 @@ impl App {
             (Some(path), Purpose::SaveAs | Purpose::Export) if TetMesh::is_name(&path.to_string_lossy()) => {
                 self.fail(strings::tetrahedra_not_written(&path));
             }
+            (Some(path), Purpose::SaveAs | Purpose::Export)
+                if path.exists() && !is_confirmed && self.save_path.as_ref() != Some(&path) =>
+            {
+                self.question = Some(Question::Replace(path));
+            }
             (Some(path), Purpose::SaveAs | Purpose::Export) => self.send(Command::Save { path, for_user: true }),
             (Some(path), Purpose::Reference) => self.open_reference(&path),
             (Some(path), Purpose::SaveSession) => self.send(Command::SaveSession { path }),
             (None, _) if !is_done => self.dialog = Some(dialog),
-            (None, _) => {}
+            (None, _) => self.asked_after_save = None,
         }
     }
 
     fn question_window(&mut self, context: &egui::Context) {
         let Some(question) = self.question.take() else { return };
         let (mut save, mut discard, mut cancel, mut recover) = (false, false, false, false);
+        let is_about_strokes = matches!(question, Question::Quit | Question::Open(_));
         egui::Window::new("question").title_bar(false).anchor(egui::Align2::CENTER_CENTER, [0.0; 2]).show(
             context,
             |ui| {
                 match &question {
                     Question::Recover(found) => ui.label(strings::recovery(found.path())),
-                    _ => ui.label(strings::UNSAVED),
+                    Question::Replace(path) => ui.label(strings::replace(path)),
+                    Question::Quit | Question::Open(_) => ui.label(strings::UNSAVED),
                 };
                 ui.horizontal(|ui| {
                     recover = matches!(question, Question::Recover(_)) && ui.button(strings::RECOVER).clicked();
-                    save = question == Question::Quit && ui.button(strings::SAVE).clicked();
-                    discard = ui.button(strings::DISCARD).clicked();
-                    cancel = ui.button(strings::CANCEL).clicked();
+                    save = is_about_strokes && ui.button(strings::SAVE).clicked();
+                    discard = ui
+                        .button(match question {
+                            Question::Recover(_) => strings::DISCARD_SHAPE,
+                            Question::Replace(_) => strings::REPLACE,
+                            Question::Quit | Question::Open(_) => strings::DISCARD,
+                        })
+                        .clicked();
+                    cancel = ui.button(strings::CANCEL).clicked() || ui.input(|input| input.key_pressed(Key::Escape));
                 });
             },
         );
         if save {
-            self.quit_after_save = true;
+            self.asked_after_save = Some(question);
             self.save();
         } else if recover || discard {
             self.answer(question, recover, context);
-        } else if !cancel {
+        } else if cancel {
+            self.asked_after_save = None;
+        } else {
             self.question = Some(question);
         }
     }
@@ -350,10 +374,11 @@ impl App {
             }
             Question::Recover(found) => found.discard(),
             Question::Quit => {
-                self.saved_strokes = Some(self.status.done);
+                self.saved_strokes = Some(self.status.edits);
                 context.send_viewport_cmd(ViewportCommand::Close);
             }
             Question::Open(request) => self.open(*request),
+            Question::Replace(path) => self.send(Command::Save { path, for_user: true }),
         }
     }
 

@@ -79,7 +79,7 @@ pub(super) fn remember(list: &mut Vec<f64>, time: Duration) {
 }
 
 /// s, shown by the plot of the force
-const PLOTTED: f64 = 6.0;
+pub(super) const PLOTTED: f64 = 6.0;
 
 /// The force on the hand over the last seconds.
 #[derive(Default)]

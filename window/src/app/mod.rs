@@ -13,6 +13,7 @@ mod messages;
 mod model;
 mod panels;
 mod queries;
+mod redraw;
 mod reference_panel;
 mod session_settings;
 mod shown_frame;
@@ -91,7 +92,8 @@ pub struct App {
     saved_strokes: Option<usize>,
     /// What to open once the present shape is written.
     after_save: Option<OpenRequest>,
-    quit_after_save: bool,
+    /// What follows once the model is saved: the answer to a question was to save first.
+    asked_after_save: Option<Question>,
     /// The session whose shape is open, until it is saved or the window is closed.
     recovered: Option<Abandoned>,
     dialog: Option<FileDialog>,
@@ -116,6 +118,8 @@ pub struct App {
     layers: LayerPanel,
     reference: Reference,
     force: ForcePlot,
+    /// s, time of the frame since which the model is at rest; `None` while it moves
+    rest_since: Option<f64>,
     times: FrameTimes,
     start: StartTimes,
     latency: PointerLatency,
@@ -164,7 +168,7 @@ impl App {
             save_path: None,
             saved_strokes: Some(0),
             after_save: None,
-            quit_after_save: false,
+            asked_after_save: None,
             recovered: None,
             dialog: None,
             question: None,
@@ -180,6 +184,7 @@ impl App {
             layers: LayerPanel::default(),
             reference: Reference::default(),
             force: ForcePlot::default(),
+            rest_since: None,
             times: FrameTimes::default(),
             start: StartTimes::since(Instant::now()),
             latency: PointerLatency::default(),
@@ -260,8 +265,7 @@ impl App {
         self.track_hand();
         self.times.end();
         self.painted = Some(if self.model.is_some() { StartStage::ModelShown } else { StartStage::FirstFrame });
-        // Gauges move on by themselves.
-        ui.ctx().request_repaint_after(std::time::Duration::from_millis(500));
+        self.schedule_redraw(ui.input(|input| input.time));
     }
 
     /// Lines in the scene: the grid on the ground, and the simulated cells.

@@ -345,10 +345,10 @@ impl App {
 
     fn history_panel(&mut self, ui: &mut egui::Ui) {
         ui.heading(strings::HISTORY);
-        let done = self.status.done;
+        let begun = self.status.begun;
         let mut wanted = None;
         egui::ScrollArea::vertical().max_height(HISTORY_HEIGHT).stick_to_bottom(true).show(ui, |ui| {
-            if ui.selectable_label(done == 0, strings::AS_OPENED).clicked() {
+            if ui.selectable_label(begun == 0, strings::AS_OPENED).clicked() {
                 wanted = Some(0);
             }
             let strokes = &self.status.strokes;
@@ -358,8 +358,8 @@ impl App {
                     continue;
                 }
                 let text = strings::stroke(stroke.number, stroke.name, stroke.time);
-                let text = if place < done { egui::RichText::new(text) } else { egui::RichText::new(text).weak() };
-                if ui.selectable_label(place + 1 == done, text).clicked() {
+                let text = if place < begun { egui::RichText::new(text) } else { egui::RichText::new(text).weak() };
+                if ui.selectable_label(place + 1 == begun, text).clicked() {
                     wanted = Some(place + 1);
                 }
             }

@@ -7,6 +7,7 @@ use super::{App, Measurement};
 use crate::sim::Status;
 use crate::tools::{ToolKind, ToolSettings};
 use crate::view::Camera;
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 impl App {
@@ -35,9 +36,24 @@ impl App {
         self.messages.len()
     }
 
+    /// The newest message.
+    pub fn last_message(&self) -> Option<&str> {
+        self.messages.last().map(|(_, text)| text.as_str())
+    }
+
     /// The error that is shown.
     pub fn error(&self) -> Option<&str> {
         self.error.as_deref()
+    }
+
+    /// The file that is open or to be opened.
+    pub fn path(&self) -> &Path {
+        &self.request.path
+    }
+
+    /// Whether a stroke is under way: from the press of the button until the hand has done what was drawn.
+    pub fn is_stroke_under_way(&self) -> bool {
+        self.model.as_ref().is_some_and(|model| model.hand.is_busy())
     }
 
     /// Whether a model is open.

@@ -1,6 +1,7 @@
 //! The simulation behind the window: what is asked of it, and what it says.
 
 use super::App;
+use super::files::Question;
 use super::layers::LayerPanel;
 use super::model::Model;
 use super::timings::StartStage;
@@ -57,16 +58,18 @@ impl App {
     /// Takes in what the simulation says.
     pub(super) fn listen(&mut self) {
         let Some(simulation) = &mut self.simulation else { return };
-        let before = (self.status.done, self.status.strokes.len());
-        let edits = self.status.edits;
+        let counts = |status: &Status| (status.done, status.begun, status.strokes.len());
+        let (before, was_at_rest, edits) = (counts(&self.status), self.status.is_at_rest, self.status.edits);
         self.status = simulation.status().clone();
         for notice in simulation.notices() {
             self.take(notice);
         }
-        let now = (self.status.done, self.status.strokes.len());
+        if self.status.is_at_rest != was_at_rest {
+            self.log.event("rest", &[("is_at_rest", self.status.is_at_rest.to_string())]);
+        }
+        let now @ (done, begun, all) = counts(&self.status);
         if before != now {
-            let (done, undone) = (now.0.to_string(), (now.1 - now.0).to_string());
-            self.log.event("history", &[("done", done), ("undone", undone)]);
+            self.log.event("history", &[("done", done.to_string()), ("undone", (all - begun).to_string())]);
         }
         if self.status.edits != edits {
             self.saved_strokes = self.saved_strokes.filter(|saved| *saved == self.status.edits);
@@ -117,7 +120,7 @@ impl App {
                 problems.into_iter().for_each(|problem| self.tell(problem));
             }
             Notice::NotSaved(text) => {
-                (self.after_save, self.quit_after_save) = (None, false);
+                (self.after_save, self.asked_after_save) = (None, None);
                 self.fail(text);
             }
             Notice::NoDevice(text) => {
@@ -140,13 +143,16 @@ impl App {
             self.tell(strings::model_saved(&path));
             if ModelFormat::of(&path) != ModelFormat::Obj {
                 // An export: it does not hold the lines of the model.
+                self.asked_after_save = None;
                 return;
             }
             self.saved_strokes = Some(self.status.edits);
             self.recovered.take().into_iter().for_each(Abandoned::discard);
             self.save_path = Some(path);
-            if std::mem::take(&mut self.quit_after_save) {
-                self.context.send_viewport_cmd(egui::ViewportCommand::Close);
+            match self.asked_after_save.take() {
+                Some(Question::Quit) => self.context.send_viewport_cmd(egui::ViewportCommand::Close),
+                Some(Question::Open(request)) => self.open(*request),
+                Some(Question::Recover(_) | Question::Replace(_)) | None => {}
             }
         } else if let Some(request) = self.after_save.take() {
             let (target, is_same) = (self.save_path.clone(), request.path == self.request.path);

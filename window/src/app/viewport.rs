@@ -176,11 +176,11 @@ impl App {
             return hit;
         }
         if model.hand.is_busy() {
-            // Where the button was let go, the pointer may have come since the last frame.
-            if let Some(ray) = ray.filter(|_| is_down || ui.input(|input| input.pointer.primary_released())) {
-                model.hand.follow(ray, hit.map(|picked| picked.hit.at));
-            }
-            if is_down {
+            // The pointer may have come to where the button was let go since the last frame.
+            if is_down || ui.input(|input| input.pointer.primary_released()) {
+                if let Some(ray) = ray {
+                    model.hand.follow(ray, hit.map(|picked| picked.hit.at));
+                }
                 model.hand.advance(dt);
             } else if model.hand.finish(dt, model.tool().map(|tool| tool.hand), radius) {
                 self.log.event("stroke ends", &[("tool", tool.name().into())]);
@@ -239,6 +239,8 @@ impl App {
                 model.held = began_hit;
                 if let Some(ray) = ray {
                     model.hand.follow(ray, hit.map(|picked| picked.hit.at));
+                    // The button may be up again by now.
+                    model.hand.advance(0.0);
                 }
                 self.send(Command::BeginStroke(tool.name()));
                 if tool.gesture() != Gesture::Slice {
@@ -571,7 +573,7 @@ impl App {
 }
 
 /// Time for which a message is shown over the picture: as long as it takes to be read.
-fn shown_for(text: &str) -> Duration {
+pub(super) fn shown_for(text: &str) -> Duration {
     SHOWN + READING.saturating_mul(text.len() as u32)
 }
 

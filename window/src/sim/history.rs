@@ -33,12 +33,15 @@ pub struct StrokeLog {
     done: usize,
     name: &'static str,
     number: u64,
+    /// Number of the last stroke of the pointer.
+    stroke: u64,
 }
 
 impl StrokeLog {
     /// A stroke begins that is called this.
     pub fn begin(&mut self, name: &'static str) {
         (self.name, self.number) = (name, self.number + 1);
+        self.stroke = self.number;
     }
 
     /// The stiffness changes from a factor to another at `time` (s). Changes right after each other, as of a slider, are one. What was taken back is gone.
@@ -138,6 +141,12 @@ impl StrokeLog {
         &self.strokes
     }
 
+    /// How many of those that are there have ended, where `is_under_way` tells whether the last stroke of the pointer has not.
+    pub fn ended(&self, is_under_way: bool) -> usize {
+        let has_ended = |stroke: &&Stroke| !is_under_way || stroke.number != self.stroke;
+        self.strokes[..self.done].iter().filter(has_ended).count()
+    }
+
     /// How many are there.
     pub fn done(&self) -> usize {
         self.done
@@ -186,6 +195,21 @@ mod tests {
         log.update(edits(4, 0), 6.0);
         log.update(edits(3, 0), 7.0);
         assert_eq!((names(&log), log.done()), (vec!["press", "pull", "grab"], 3));
+    }
+
+    #[test]
+    fn a_stroke_under_way_is_there_and_has_not_ended() {
+        let mut log = StrokeLog::default();
+        log.begin("press");
+        log.update(edits(1, 0), 1.0);
+        assert_eq!((log.done(), log.ended(true), log.ended(false)), (1, 0, 1));
+        // Of several edits, and with a change of the stiffness while they go on.
+        log.begin("cut");
+        log.update(edits(3, 0), 2.0);
+        log.change_stiffness("stiffness", [1.0, 2.0], 2.5);
+        assert_eq!((log.done(), log.ended(true), log.ended(false)), (4, 2, 4));
+        log.begin("press");
+        assert_eq!((log.done(), log.ended(true)), (4, 4), "it has changed nothing yet");
     }
 
     /// Does what a session would do for the steps towards `count` entries: counts of edits, and the stiffness.

@@ -136,22 +136,34 @@ pub struct EndedRun {
 }
 
 /// The state of affairs, several times a second.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Status {
     /// How well it keeps time.
     pub gauges: Gauges,
     /// Strokes that are there, then those that were taken back, the next to make again first.
     pub strokes: Vec<Stroke>,
-    /// How many of them are there.
+    /// How many of them are there, that of a stroke under way included.
+    pub begun: usize,
+    /// How many of those have ended.
     pub done: usize,
-    /// How many of those are edits of the shape.
+    /// How many of those that are there are edits of the shape.
     pub edits: usize,
+    /// Whether no stroke is under way and nothing moves.
+    pub is_at_rest: bool,
     /// The stiffness over that at the opening, and where it goes.
     pub stiffness: StiffnessState,
     /// The sculpt layers, the lowest first.
     pub layers: Vec<SculptLayerState>,
     /// What has no effect, or not the one it looks like; of strokes, those that have ended.
     pub warnings: Vec<Warning>,
+}
+
+impl Status {
+    /// Whether the window shows anything else of it than of `other`, but for gauges, which the window reads at its own times.
+    pub(super) fn is_news_after(&self, other: &Self) -> bool {
+        let others = Self { gauges: other.gauges, ..self.clone() };
+        others != *other
+    }
 }
 
 /// Sends notices and wakes the window.
@@ -164,6 +176,11 @@ impl Notifier {
     pub(super) fn send(&self, notice: Notice) {
         // A window that has gone needs no notices.
         let _ = self.sender.send(notice);
+        self.wake();
+    }
+
+    /// Asks the window to look at the status.
+    pub(super) fn wake(&self) {
         (self.wake)();
     }
 }

@@ -89,7 +89,8 @@ fn work(
     let mut gauges = GaugeWindow::new(session.dt());
     let (mut reported, mut noticed) = (f64::NEG_INFINITY, 0);
     let mut session_path: Option<PathBuf> = None;
-    let (mut in_stroke, mut warnings) = (false, session.warnings());
+    let (mut in_stroke, mut warnings, mut told) = (false, session.warnings(), Status::default());
+    let mut was_at_rest = false;
     while live.is_alive() {
         let samples = live.step(&mut session);
         let hand = samples.poses.first().and_then(|poses| poses.first());
@@ -131,12 +132,20 @@ fn work(
                 Command::Undo => {
                     changed |= log.update(session.history(), now);
                     let count = log.count_before();
-                    changed |= go_to(&mut session, &mut session_file, &mut log, count);
+                    let has_gone = go_to(&mut session, &mut session_file, &mut log, count);
+                    changed |= has_gone;
+                    if !has_gone {
+                        notifier.send(Notice::Message(strings::NOTHING_TO_UNDO.to_owned()));
+                    }
                 }
                 Command::Redo => {
                     changed |= log.update(session.history(), now);
                     let count = log.count_after();
-                    changed |= go_to(&mut session, &mut session_file, &mut log, count);
+                    let has_gone = go_to(&mut session, &mut session_file, &mut log, count);
+                    changed |= has_gone;
+                    if !has_gone {
+                        notifier.send(Notice::Message(strings::NOTHING_TO_REDO.to_owned()));
+                    }
                 }
                 Command::JumpTo(count) => {
                     changed |= log.update(session.history(), now);
@@ -209,6 +218,9 @@ fn work(
                 notifier.send(Notice::Message(text));
             }
         }
+        let is_under_way = in_stroke || session.edits_under_way() > 0;
+        let is_at_rest = !is_under_way && session.is_at_rest();
+        changed |= std::mem::replace(&mut was_at_rest, is_at_rest) != is_at_rest;
         if changed || now >= reported + REPORT_PERIOD {
             reported = now;
             gauges.update(live.gauges());
@@ -218,15 +230,23 @@ fn work(
             if !in_stroke {
                 warnings = session.warnings();
             }
-            status.write(Status {
+            let state = Status {
                 gauges: gauges.gauges(),
                 strokes,
-                done: log.done(),
+                begun: log.done(),
+                done: log.ended(is_under_way),
                 edits: log.edits(),
+                is_at_rest,
                 stiffness: session.stiffness(),
                 layers: session.sculpt_layers(),
                 warnings: warnings.clone(),
-            });
+            };
+            let is_changed = state.is_news_after(&told);
+            told.clone_from(&state);
+            status.write(state);
+            if is_changed {
+                notifier.wake();
+            }
             let news = session.events.described().iter().skip(noticed).filter(|(kind, _)| is_news(*kind, has_device));
             for (kind, event) in news {
                 notifier.send(Notice::Message(strings::news(*kind, &event.text)));
@@ -291,14 +311,15 @@ fn give_device(
     (Box::new(guided), Some(hand))
 }
 
-/// Whether people should hear of it. A pointer jumps and leaves as a hand does not, what is taken back is in the history, and substeps and repeated steps
-/// are in the times of the gauges. What keeps the force on a device safe is news where there is a device. Hands that are mirror images
-/// are meant to work each on its own side.
+/// Whether people should hear of it. A pointer jumps and leaves as a hand does not, what is taken back is in the history, substeps and repeated steps
+/// are in the times of the gauges, and that a model comes to rest is seen. What keeps the force on a device safe is news where there is a device. Hands that are
+/// mirror images are meant to work each on its own side.
 fn is_news(kind: EventKind, has_device: bool) -> bool {
     match kind {
         EventKind::SpeedLimit
         | EventKind::SampleDropped
         | EventKind::History
+        | EventKind::Asleep
         | EventKind::Substeps
         | EventKind::GripsApart
         | EventKind::RepeatedStep => false,
@@ -322,7 +343,6 @@ fn is_news(kind: EventKind, has_device: bool) -> bool {
         | EventKind::LongStep
         | EventKind::Unstable
         | EventKind::CollisionsLeft
-        | EventKind::Asleep
         | EventKind::ElementsFailed
         | EventKind::Model
         | EventKind::NotKept

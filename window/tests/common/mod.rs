@@ -22,6 +22,16 @@ pub fn ball(folder: &Path) -> PathBuf {
     path
 }
 
+/// A square of 100 mm that faces the viewer as a model in a folder: a sheet, which hangs by its upper edge.
+pub fn sheet(folder: &Path) -> PathBuf {
+    let path = folder.join("sheet.obj");
+    let document = generate::grid([12; 2], [0.1; 2], generate::Pattern::Regular).unwrap();
+    let mut file = std::fs::File::create(&path).unwrap();
+    let points = document.positions().to_vec();
+    document.write(&points, None, &mut file).unwrap();
+    path
+}
+
 /// A coarse model on one thread, with its shapes beside it.
 pub fn arguments(path: &Path) -> Arguments {
     let autosave = Some(path.with_file_name("autosave"));
@@ -46,6 +56,20 @@ pub fn window_scaled(arguments: Arguments, size: egui::Vec2, pixels_per_point: f
         app
     };
     Harness::builder().with_size(size).with_pixels_per_point(pixels_per_point).build_eframe(build)
+}
+
+/// A file that is dropped on the window.
+#[derive(Debug)]
+pub struct Dropped(pub PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
 }
 
 /// Shows frames until something is so.

@@ -45,8 +45,7 @@ fn a_line_across_the_ball_parts_it_at_any_speed_or_the_window_tells_what_holds()
     let (count, mut parted) = (12, 0);
     for Line { ends: [from, to], moves } in lines(count) {
         let told = window.messages(HELD);
-        display.stroke(from, to, moves);
-        window.wait_for_stroke("1");
+        window.stroke(&display, [from, to], moves, "1");
         let parts = parts(window.save_at_rest(&display, &model));
         let is_told = window.messages(HELD) > told;
         assert!(

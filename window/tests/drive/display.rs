@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 
 /// Longest time that anything is waited for.
 pub const PATIENCE: Duration = Duration::from_secs(120);
+/// Time between two moves of the pointer: the speed of the hand is a part of what is tested.
+const PACE: Duration = Duration::from_millis(30);
 /// The middle of the picture in the window, between the panels.
 pub const MIDDLE: [i32; 2] = [600, 400];
 
@@ -45,22 +47,10 @@ impl Display {
         }
     }
 
+    /// Moves the pointer, as often in a second as a hand that is sampled by the window.
     pub fn move_to(&self, [x, y]: [i32; 2]) {
         self.xdotool(&["mousemove", &x.to_string(), &y.to_string()]);
-        std::thread::sleep(Duration::from_millis(30));
-    }
-
-    /// Holds the left button from one place to another.
-    pub fn stroke(&self, from: [i32; 2], to: [i32; 2], steps: i32) {
-        self.move_to(from);
-        std::thread::sleep(Duration::from_millis(200));
-        self.xdotool(&["mousedown", "1"]);
-        for step in 0..=steps {
-            let at = [0, 1].map(|axis: usize| from[axis] + (to[axis] - from[axis]) * step / steps.max(1));
-            self.move_to(at);
-        }
-        std::thread::sleep(Duration::from_millis(300));
-        self.xdotool(&["mouseup", "1"]);
+        std::thread::sleep(PACE);
     }
 
     pub fn key(&self, keys: &str) {

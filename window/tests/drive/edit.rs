@@ -4,7 +4,6 @@ use crate::display::{Display, MIDDLE};
 use crate::models::{ball, farthest, two_balls, vertices};
 use crate::window::{Window, pliant};
 use std::path::PathBuf;
-use std::time::Duration;
 
 #[test]
 #[ignore = "needs Xvfb and xdotool"]
@@ -16,8 +15,7 @@ fn open_press_grab_cut_undo_redo_save_reopen() {
     let mut window = Window::start(&display, &model);
     let [x, y] = MIDDLE;
 
-    display.stroke(MIDDLE, [x + 40, y], 20);
-    window.wait_for_stroke("1");
+    window.stroke(&display, [MIDDLE, [x + 40, y]], 20, "1");
     let pressed = window.save_at_rest(&display, &model);
     assert_ne!(pressed, original, "a press whose shape is kept changes the model");
     assert_eq!(vertices(&pressed), vertices(&original), "and no topology");
@@ -25,8 +23,7 @@ fn open_press_grab_cut_undo_redo_save_reopen() {
     // On both sides of the plane x = 0, as one stroke.
     display.key("x");
     display.key("4");
-    display.stroke([x + 130, y - 60], [x + 210, y - 110], 30);
-    window.wait_for_stroke("2");
+    window.stroke(&display, [[x + 130, y - 60], [x + 210, y - 110]], 30, "2");
     display.key("x");
     let grabbed = window.save_at_rest(&display, &model);
     assert_eq!(vertices(&grabbed), vertices(&original), "a grab moves vertices");
@@ -35,8 +32,7 @@ fn open_press_grab_cut_undo_redo_save_reopen() {
     assert!(right > 5e-3 && (right / left - 1.0).abs() < 0.02, "both sides are drawn out: {right} m, {left} m");
 
     display.key("3");
-    display.stroke([x, y - 320], [x, y + 320], 60);
-    window.wait_for_stroke("3");
+    window.stroke(&display, [[x, y - 320], [x, y + 320]], 60, "3");
     let cut = window.save_at_rest(&display, &model);
     assert!(vertices(&cut) > vertices(&original), "a cut adds vertices");
     assert!(String::from_utf8_lossy(&cut).contains("usemtl cut"), "and faces inside of the ball");
@@ -63,7 +59,7 @@ fn open_press_grab_cut_undo_redo_save_reopen() {
         );
     }
     display.key("ctrl+alt+s");
-    std::thread::sleep(Duration::from_millis(500));
+    window.wait("dialog");
     display.key("Return");
     let said = window.wait("message")["text"].as_str().unwrap().to_owned();
     assert!(said.contains("pliant run") && said.contains("ball.session.toml"), "{said}");
@@ -91,8 +87,7 @@ fn a_part_is_split_off_saved_and_joined_again_by_undo() {
     let mut window = Window::start(&display, &model);
     let [x, y] = MIDDLE;
     // A press, so that there is a shape to save.
-    display.stroke([x - 180, y], [x - 150, y], 20);
-    window.wait_for_stroke("1");
+    window.stroke(&display, [[x - 180, y], [x - 150, y]], 20, "1");
     let whole = window.save_at_rest(&display, &model);
     display.move_to([x - 180, y]);
     display.key("b");

@@ -15,8 +15,7 @@ fn killed_in_a_stroke_it_offers_the_shape_before() {
     let display = Display::start();
     let mut window = Window::start(&display, &model);
     let [x, y] = MIDDLE;
-    display.stroke(MIDDLE, [x + 40, y], 20);
-    window.wait_for_stroke("1");
+    window.stroke(&display, [MIDDLE, [x + 40, y]], 20, "1");
     // Autosave comes a second after the stroke.
     let shape = wait_for_shape(&folder.path().join("autosave"));
     display.move_to([x - 60, y]);

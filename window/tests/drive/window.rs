@@ -28,11 +28,9 @@ impl Window {
             .spawn()
             .expect("the program starts");
         let mut window = Self { program, log, read: 0 };
-        window.wait("opened");
+        window.wait("model shown");
         // There is no window manager to give it the keyboard.
         display.focus();
-        // The first frame of the model.
-        std::thread::sleep(Duration::from_millis(500));
         window
     }
 
@@ -68,13 +66,31 @@ impl Window {
         }
     }
 
-    /// Waits until a stroke that makes so many has ended. The picture may hear of the stroke before or after its end.
-    pub fn wait_for_stroke(&mut self, done: &str) {
-        let from = self.read;
+    /// Holds the left button from one place to another, with so many moves between, and waits until the stroke that makes `done` has ended.
+    pub fn stroke(&mut self, display: &Display, [from, to]: [[i32; 2]; 2], moves: i32, done: &str) {
+        display.move_to(from);
+        display.xdotool(&["mousedown", "1"]);
+        self.wait("stroke begins");
+        for step in 1..=moves.max(1) {
+            display.move_to([0, 1].map(|axis: usize| from[axis] + (to[axis] - from[axis]) * step / moves.max(1)));
+        }
+        display.xdotool(&["mouseup", "1"]);
         self.wait("stroke ends");
-        let ended = std::mem::replace(&mut self.read, from);
         self.wait_for_history(done, "0");
-        self.read = self.read.max(ended);
+    }
+
+    /// Waits until the model is at rest, as it is after everything that was waited for before.
+    pub fn wait_for_rest(&mut self) {
+        let began = Instant::now();
+        let is_at_rest = |line: &str| line.contains(r#""event":"rest""#).then(|| line.contains(r#""true""#));
+        loop {
+            let text = std::fs::read_to_string(&self.log).unwrap_or_default();
+            if text.lines().filter_map(is_at_rest).next_back() == Some(true) {
+                return;
+            }
+            assert!(began.elapsed() < PATIENCE, "the model does not come to rest:\n{text}");
+            std::thread::sleep(Duration::from_millis(20));
+        }
     }
 
     /// Number of messages so far that hold these words.
@@ -83,19 +99,10 @@ impl Window {
         text.lines().filter(|line| line.contains(r#""event":"message""#) && line.contains(words)).count()
     }
 
-    /// Saves until the model has come to rest, and gives the file. On a busy machine the simulation is slower than time.
+    /// Saves once the model has come to rest, and gives the file.
     pub fn save_at_rest(&mut self, display: &Display, model: &Path) -> Vec<u8> {
-        let began = Instant::now();
-        let mut before = self.save(display, model);
-        loop {
-            std::thread::sleep(Duration::from_millis(700));
-            let now = self.save(display, model);
-            if now == before {
-                return now;
-            }
-            assert!(began.elapsed() < PATIENCE, "the model does not come to rest");
-            before = now;
-        }
+        self.wait_for_rest();
+        self.save(display, model)
     }
 
     /// Saves, and gives the file.

@@ -1,6 +1,6 @@
 //! Opening and saving of models: what is asked, warned of and refused.
 
-use crate::common::{MIDDLE, ball, pause, stroke, wait, window};
+use crate::common::{MIDDLE, ball, stroke, wait, window};
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use pliant_mesh::generate;
@@ -50,7 +50,7 @@ fn a_warning_of_the_session_is_a_line_with_its_code() {
         std::fs::write(&path, format!("format = 1\n{}{}", body("left", 0.0), body("right", distance))).unwrap();
         let mut harness = window(&path);
         wait(&mut harness, "the scene", App::is_open);
-        (0..20).for_each(|_| pause(&mut harness));
+        wait(&mut harness, "a second of steps", |app| app.status().gauges.real_time_factor > 0.0);
         let codes: Vec<&str> = harness.state().status().warnings.iter().map(|warning| warning.code.name()).collect();
         assert_eq!(codes.contains(&"bodies-overlap"), is_warned, "{distance}: {codes:?}");
         assert_eq!(harness.query_by_label_contains("[bodies-overlap]").is_some(), is_warned, "{distance}");

@@ -1,27 +1,13 @@
 //! Reference images beside the model.
 
-use crate::common::{ball, wait, window};
+use crate::common::{Dropped, ball, wait, window};
 use eframe::egui::{self, Key, Modifiers};
 use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use pliant_window::app::App;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
-
-/// A file that is dropped on the window.
-#[derive(Debug)]
-struct Dropped(PathBuf);
-
-impl egui::DroppedFile for Dropped {
-    fn path(&self) -> &Path {
-        &self.0
-    }
-
-    fn bytes(&self) -> Result<Vec<u8>, String> {
-        std::fs::read(&self.0).map_err(|error| error.to_string())
-    }
-}
 
 /// Asks for a reference image by its button and types its path.
 fn open_reference(harness: &mut Harness<'_, App>, path: &Path) {

@@ -4,7 +4,6 @@ use crate::common::{MIDDLE, ball, stroke, wait, window};
 use eframe::egui::{self, Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use pliant_window::app::App;
-use std::time::Duration;
 
 #[test]
 fn a_mirrored_stroke_is_one_stroke_and_symmetric() {
@@ -24,7 +23,7 @@ fn a_mirrored_stroke_is_one_stroke_and_symmetric() {
     assert_eq!(harness.state().tool().1.symmetry, [true; 3]);
     stroke(&mut harness, MIDDLE + egui::vec2(60.0, -40.0));
     wait(&mut harness, "one stroke for all images", |app| app.status().done == 1);
-    std::thread::sleep(Duration::from_millis(1500));
+    wait(&mut harness, "rest", |app| app.status().is_at_rest);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     wait(&mut harness, "saving", |app| !app.is_unsaved());
     let moved = displaced(&original, &std::fs::read(&path).unwrap());

@@ -250,12 +250,11 @@ impl Sheet {
     /// Copies the positions of the nodes to the vertices.
     pub fn embed(&self, nodes: &Nodes, skin: &mut Skin) {
         for (&vertex, x) in self.vertex_of.iter().zip(&nodes.x) {
-            skin.x[vertex as usize] = *x;
+            skin.place(vertex, *x);
         }
         for (vertex, of) in self.welds.iter() {
-            skin.x[*vertex as usize] = skin.x[*of as usize];
+            skin.place(*vertex, skin.x[*of as usize]);
         }
-        skin.pages.mark_all(skin.x.len());
     }
 
     /// Makes the present shape the rest shape, with zero velocity; the warp of each triangle is deformed with it.

@@ -96,6 +96,14 @@ impl Skin {
         }
     }
 
+    /// Moves a vertex to a place (m). Only what moves is marked: a surface at rest is neither copied nor drawn again.
+    pub fn place(&mut self, vertex: u32, to: Vec3) {
+        if self.x[vertex as usize] != to {
+            self.x[vertex as usize] = to;
+            self.pages.mark(vertex);
+        }
+    }
+
     /// Moves all vertices to their settled positions, embedded in no cell.
     pub fn settle(&mut self) {
         for (v, (x, settled)) in self.x.iter_mut().zip(self.settled.iter()).enumerate() {
@@ -110,11 +118,7 @@ impl Skin {
     /// Moves vertices that no triangle has, because others are in their place, to those.
     pub fn follow_welds(&mut self, welds: &[[u32; 2]]) {
         for &[vertex, place] in welds {
-            let to = self.x[place as usize];
-            if self.x[vertex as usize] != to {
-                self.x[vertex as usize] = to;
-                self.pages.mark(vertex);
-            }
+            self.place(vertex, self.x[place as usize]);
         }
     }
 

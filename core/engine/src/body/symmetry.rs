@@ -150,9 +150,10 @@ impl Symmetry {
     }
 }
 
-/// Each pair of vertices once; a vertex on the plane is a pair with itself.
+/// Each pair of vertices once; a vertex on the plane is a pair with itself, and one that another replaces is in none.
 fn pairs(partner: &[u32]) -> impl Iterator<Item = (usize, usize)> + '_ {
-    partner.iter().enumerate().map(|(a, &b)| (a, b as usize)).filter(|(a, b)| a <= b)
+    let paired = partner.iter().enumerate().filter(|(_, b)| **b != NO_PARTNER);
+    paired.map(|(a, &b)| (a, b as usize)).filter(|(a, b)| a <= b)
 }
 
 /// Whether the vertices of a pair are on the surface and one of them is displaced.
@@ -201,6 +202,16 @@ fn partners(points: &[Vec3], welds: &[[u32; 2]], centre: Vec3, reflection: Refle
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The last two vertices lie at one place, and the first of them replaces the other.
+    #[test]
+    fn a_vertex_that_another_replaces_is_in_no_pair() {
+        let points = [[-1.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 3.0, 0.0], [0.0, 3.0, 0.0]].map(Vec3::from);
+        let reflection = Reflection::Axes([true, false, false]);
+        let partner = partners(&points, &[[3, 2]], Vec3::zeros(), reflection).expect("mirror images");
+        assert_eq!(partner, [1, 0, 2, NO_PARTNER]);
+        assert_eq!(pairs(&partner).collect::<Vec<_>>(), [(0, 1), (2, 2)]);
+    }
 
     #[test]
     fn every_vertex_needs_a_mirror_image() {

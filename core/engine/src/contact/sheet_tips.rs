@@ -61,6 +61,14 @@ impl SheetTips {
         self.previous.clear();
     }
 
+    /// Forgets the contacts of the last step where there are no tips left: a step without tips does not look at them.
+    pub fn forget_lost_contacts(&mut self) {
+        if self.tips.is_empty() {
+            self.contacts.clear();
+            self.previous.clear();
+        }
+    }
+
     /// Sets the nodes that no tip meets, ascending.
     pub fn set_loose_nodes(&mut self, nodes: &[u32]) {
         if self.loose_nodes != nodes {
@@ -81,6 +89,21 @@ impl SheetTips {
             let is_met = |i: &u32| self.loose_nodes.binary_search(i).is_err();
             near.list.extend((0..x.len() as u32).filter(within).filter(is_met));
         }
+    }
+
+    /// Whether a tip could touch a vertex of a sheet that stands still at `x` (n x 3, m) in two steps of `dt` (s). Contact of soft tips is by triangles, which
+    /// reach as far as an edge, `edge` (m), beside their vertices.
+    pub fn may_touch(&mut self, x: &[Vec3], edge: f64, dt: f64) -> bool {
+        self.moved = 0.0;
+        self.update_near(x, 2.0 * dt);
+        self.tips.iter().zip(&self.near).any(|(tip, near)| {
+            let reach = tip.shape.shape().bounding_radius() + 2.0 * dt * tip.velocity.norm();
+            let within = |reach: f64, at: &Vec3| (at - tip.position).norm_squared() <= reach * reach;
+            match tip.constrains {
+                true => near.list.iter().any(|v| within(reach, &x[*v as usize])),
+                false => x.iter().any(|at| within(reach + edge, at)),
+            }
+        })
     }
 
     /// Distance from tip `t` within which a vertex that was in contact in the last step stays in contact, m. It follows a receding tip, as long

@@ -215,6 +215,11 @@ impl Session {
         self.editing.history.counts()
     }
 
+    /// Number of edits among those that can be undone that have not ended yet.
+    pub fn edits_under_way(&self) -> usize {
+        self.editing.history.under_way.len()
+    }
+
     /// Restores the state before the last cut, the last edit that changed a shape or history for good, or the last change of sculpt layers. An active edit of that kind
     /// ends first and does not begin again before its button is pressed again. Returns whether there was one.
     pub fn undo(&mut self) -> bool {

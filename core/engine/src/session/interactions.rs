@@ -55,13 +55,16 @@ impl Interactions {
         self.obstacles.held(body).chain(tips)
     }
 
-    /// Whether a tip, or an obstacle that moves, could reach the box (m) of a sleeping body with edges of `edge` (m) in two steps.
-    pub(super) fn may_reach(&self, body: usize, [low, high]: [Vec3; 2], edge: f64, time: StepTime) -> bool {
+    /// Whether a tip, or an obstacle that moves, could touch a sleeping body, with nodes at `x` (n x 3, m) in the box `bounds` (m) and edges of `edge` (m), in
+    /// two steps.
+    pub(super) fn may_reach(&mut self, body: usize, x: &[Vec3], bounds: [Vec3; 2], edge: f64, time: StepTime) -> bool {
+        let [low, high] = bounds;
         let near_tip = self.tips[body].tips.iter().any(|tip| {
             let reach = tip.shape.shape().bounding_radius() + edge + 2.0 * time.dt * tip.velocity.norm();
             (0..3).all(|c| tip.position[c] > low[c] - reach && tip.position[c] < high[c] + reach)
         });
-        near_tip || self.obstacles.come_near([low, high], edge, time)
+        // The box of a sheet is nearly empty: a tip in it may be far from the sheet.
+        (near_tip && self.tips[body].may_touch(x, edge, time.dt)) || self.obstacles.come_near(bounds, edge, time)
     }
 
     /// Calls the step of a body with its contact constraints and, where `load_nodes` gives the number of its nodes, with the forces of other bodies on them,

@@ -114,6 +114,7 @@ impl Interactions {
             let constrains = slot.soft[index].is_none();
             slot.fingertip(dt).map(|tip| Tip { constrains, ..tip })
         }));
+        tips.forget_lost_contacts();
         for (tool, slot) in tools.iter().enumerate() {
             let (Some(place), Some(tip)) = (place_of_tip(tools, tool), &slot.tip) else { continue };
             let of_others = |(other, tips): (usize, &SheetTips)| {

@@ -1,6 +1,6 @@
 //! Sleeping: a body at rest is not stepped until something acts on it, if the scene enables it.
 
-use super::{EventKind, Session};
+use super::{EventKind, Session, StiffnessState};
 use crate::body::Body;
 use pliant_solver::{Constraint, ContactConstraints, Nodes, StepTime, Vec3};
 
@@ -72,6 +72,14 @@ impl Sleep {
 }
 
 impl Session {
+    /// Whether nothing moves and nothing is on its way to: each body sleeps, has no active nodes or is in quarantine, no edit is under way, and the stiffness
+    /// is the one that was asked for. A body that is simulated as a whole sleeps only if the scene enables it.
+    pub fn is_at_rest(&self) -> bool {
+        let StiffnessState { now, wanted, .. } = self.motion.stiffness;
+        let stands = |(index, body): (usize, &Body)| body.system.nodes.is_empty() || self.motion.stands(index, body);
+        now == wanted && self.edits_under_way() == 0 && self.bodies.iter().enumerate().all(stands)
+    }
+
     /// Whether a body sleeps in this step, after tips are placed and fixings prescribed. Wakes it if something acts on it.
     pub(super) fn sleeps(&mut self, index: usize, time: StepTime) -> bool {
         if self.motion.sleep.speed <= 0.0 {
@@ -97,13 +105,15 @@ impl Session {
     }
 
     /// Whether a tool loads or is near a body, an obstacle moves near it, or one of its fixings moves.
-    fn is_disturbed(&self, index: usize, time: StepTime) -> bool {
+    fn is_disturbed(&mut self, index: usize, time: StepTime) -> bool {
         let (body, sleep) = (&self.bodies[index], &self.motion.sleep);
         if self.motion.loads.is_loaded() || sleep.is_moved(&body.system.nodes) {
             return true;
         }
         match sleep.rests[index].asleep {
-            Some(bounds) => self.interactions.may_reach(index, bounds, body.discretization.edge(), time),
+            Some(bounds) => {
+                self.interactions.may_reach(index, &body.system.nodes.x, bounds, body.discretization.edge(), time)
+            }
             None => self.interactions.tips[index].is_active(),
         }
     }

@@ -2,9 +2,9 @@
 //! queue, which loses none. Neither side waits for the other, and only changed pages are copied.
 
 use super::contact::{list_blades, list_contacts};
-use super::frame::{BodyTopology, BodyView, TopologyPatch, ViewFrame};
+use super::frame::{BodyTopology, BodyView, TopologyPatch, ViewFrame, look_alike};
 use pliant_engine::body::{Body, PAGE, TriangleLook, tint_of};
-use pliant_engine::session::Session;
+use pliant_engine::session::{Session, ToolFrame};
 use pliant_solver::Vec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -32,6 +32,8 @@ pub struct ViewWriter {
     wants_cells: Arc<AtomicBool>,
     changes: Arc<AtomicU64>,
     bodies: Vec<BodyTrack>,
+    /// Tools of the last frame that counted as another one.
+    tools: Vec<ToolFrame>,
     /// Number of the last frame.
     number: u64,
     /// Time of the next frame, ns.
@@ -91,6 +93,7 @@ pub fn view_buffer(session: &Session) -> (ViewWriter, ViewReader) {
         wants_cells: Arc::clone(&wants_cells),
         changes: Arc::clone(&changes),
         bodies: tracks.collect(),
+        tools: Vec::new(),
         number: 0,
         next_frame_ns: 0,
     };
@@ -123,7 +126,10 @@ impl ViewWriter {
         frame.time = session.time();
         frame.steps = session.steps();
         let felt = session.frame();
-        let mut changed = frame.tools != felt.tools;
+        let mut changed = !look_alike(&self.tools, &felt.tools);
+        if changed {
+            self.tools.clone_from(&felt.tools);
+        }
         frame.tools.clone_from(&felt.tools);
         list_contacts(session, &mut frame.contacts);
         list_blades(session, &mut frame.blades);

@@ -92,3 +92,66 @@ pub struct TopologyPatch {
     /// New and changed triangles.
     pub changed: Vec<(u32, Option<TriangleLook>)>,
 }
+
+/// Difference of places in m, and of forces in N and torques in N m, that rounding leaves of a tool at rest: nobody sees it.
+const ROUNDING: [f64; 2] = [1e-12, 1e-9];
+/// The same, as a share of the larger one.
+const RELATIVE_ROUNDING: f64 = 1e-9;
+
+/// Whether tools look and feel the same, but for rounding: a tip with a mass comes to rest but for that.
+pub(super) fn look_alike(before: &[ToolFrame], now: &[ToolFrame]) -> bool {
+    let is_near = |a: f64, b: f64, floor: f64| (a - b).abs() <= floor + RELATIVE_ROUNDING * a.abs().max(b.abs());
+    let are_near =
+        |a: &Vec3, b: &Vec3, floor: f64| (a - b).norm() <= floor + RELATIVE_ROUNDING * a.norm().max(b.norm());
+    let [place, force] = ROUNDING;
+    let alike = |(before, now): (&ToolFrame, &ToolFrame)| {
+        let places = [(before.hand, now.hand), (before.proxy, now.proxy)];
+        let forces = [
+            (before.force, now.force),
+            (before.device_force, now.device_force),
+            (before.torque, now.torque),
+            (before.device_torque, now.device_torque),
+        ];
+        let rest = ToolFrame {
+            hand: now.hand,
+            proxy: now.proxy,
+            depth: now.depth,
+            force: now.force,
+            device_force: now.device_force,
+            torque: now.torque,
+            device_torque: now.device_torque,
+            ..*before
+        };
+        places.iter().all(|(a, b)| are_near(a, b, place))
+            && is_near(before.depth, now.depth, place)
+            && forces.iter().all(|(a, b)| are_near(a, b, force))
+            && rest == *now
+    };
+    before.len() == now.len() && before.iter().zip(now).all(alike)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tools_look_alike_that_differ_by_rounding_and_no_others() {
+        let tool = ToolFrame {
+            hand: Vec3::new(0.1, 0.2, -0.3),
+            proxy: Vec3::new(0.1, 0.2, -0.31),
+            force: Vec3::new(0.0, 0.5, 0.0),
+            ..ToolFrame::default()
+        };
+        let changed = |change: fn(&mut ToolFrame)| {
+            let mut other = tool;
+            change(&mut other);
+            !look_alike(&[tool], &[other])
+        };
+        assert!(!changed(|_| {}));
+        assert!(!changed(|tool| tool.proxy.x += 1e-16) && !changed(|tool| tool.force.x = 1e-13));
+        assert!(changed(|tool| tool.proxy.x += 1e-9) && changed(|tool| tool.hand.z -= 1e-9));
+        assert!(changed(|tool| tool.force.y += 1e-6) && changed(|tool| tool.depth = 1e-6));
+        assert!(changed(|tool| tool.contact = Some(0)) && changed(|tool| tool.grips = true));
+        assert!(!look_alike(&[tool], &[]));
+    }
+}

@@ -273,8 +273,7 @@ impl Lattice {
             for (i, &v) in self.points(cell)?.iter().enumerate() {
                 // The surface at rest is exact to the last bit.
                 let u = if is_at_rest { Vec3::zeros() } else { interpolate(&weights(&self.weights[first + i]), &jets) };
-                skin.x[v as usize] = skin.settled[v as usize] + u;
-                skin.pages.mark(v);
+                skin.place(v, skin.settled[v as usize] + u);
             }
             return Ok(());
         }
@@ -284,8 +283,7 @@ impl Lattice {
         for (i, &v) in self.points(cell)?.iter().enumerate() {
             let weights = &self.weights[first + i];
             let u: Vec3 = weights.iter().zip(&moved).map(|(w, u)| *w * *u).sum();
-            skin.x[v as usize] = skin.settled[v as usize] + u;
-            skin.pages.mark(v);
+            skin.place(v, skin.settled[v as usize] + u);
         }
         Ok(())
     }
@@ -356,8 +354,7 @@ impl Lattice {
         }
         for (i, &v) in points.iter().enumerate() {
             let u = s.now[i] - s.rest[i];
-            skin.x[v as usize] = skin.settled[v as usize] + u;
-            skin.pages.mark(v);
+            skin.place(v, skin.settled[v as usize] + u);
         }
         self.scratch = s;
         Ok(())
