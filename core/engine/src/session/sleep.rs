@@ -72,11 +72,16 @@ impl Sleep {
 }
 
 impl Session {
-    /// Whether nothing moves and nothing is on its way to: each body sleeps, has no active nodes or is in quarantine, no edit is under way, and the stiffness
-    /// is the one that was asked for. A body that is simulated as a whole sleeps only if the scene enables it.
+    /// Whether nothing moves and nothing is on its way to: each body that is simulated as a whole sleeps, which the scene must enable, and local regions
+    /// are left, or sleep where something is pinned or painted; no edit is under way, and the stiffness is the one that was asked for. A body in quarantine is at rest.
     pub fn is_at_rest(&self) -> bool {
         let StiffnessState { now, wanted, .. } = self.motion.stiffness;
-        let stands = |(index, body): (usize, &Body)| body.system.nodes.is_empty() || self.motion.stands(index, body);
+        // A local region that sleeps is still to be left, by which its surface moves by rounding, but for one that pins or paint keep.
+        let stands = |(index, body): (usize, &Body)| {
+            let stays = body.discretization.is_whole() || !body.tints().is_empty();
+            let sleeps = stays && self.motion.stands(index, body);
+            body.system.nodes.is_empty() || body.frozen.is_some() || sleeps
+        };
         now == wanted && self.edits_under_way() == 0 && self.bodies.iter().enumerate().all(stands)
     }
 
