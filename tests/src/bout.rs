@@ -51,7 +51,7 @@ impl Bout {
             self.tick += 1;
             self.servo.tick((self.time() * 1e9).round() as u64);
             if every > 0 && self.tick.is_multiple_of(every) {
-                self.port.step(&mut self.session);
+                self.port.step(&mut self.session, |_| {});
             }
         }
     }

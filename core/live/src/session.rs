@@ -200,11 +200,17 @@ impl LiveSession {
 
     /// Waits until a step is due and takes it with the newest poses. Returns the snapshot of those poses.
     pub fn step(&mut self, session: &mut Session) -> &HandSamples {
+        self.step_after(session, |_| {})
+    }
+
+    /// As [`LiveSession::step`], and calls `prepare` between reading the poses and the step: what a program asks for before it has a hand press a button is then done before the
+    /// step with that button.
+    pub fn step_after(&mut self, session: &mut Session, prepare: impl FnOnce(&mut Session)) -> &HandSamples {
         while let Some(wait) = self.pacer.poll(self.clock.now()) {
             sleep(Duration::from_nanos(wait));
         }
         self.steps += 1;
-        let samples = self.port.step(session);
+        let samples = self.port.step(session, prepare);
         let now = session.time();
         for (index, (reported, loss)) in self.reported.iter_mut().zip(&samples.losses).enumerate() {
             if let (false, Some(DeviceLoss { call, status })) = (*reported, loss) {

@@ -54,10 +54,11 @@ impl SimulationPort {
         Self { samples, models, last_time: None }
     }
 
-    /// Takes a step of the session with the newest poses and publishes its contacts. Returns the snapshot it used.
+    /// Takes a step of the session with the newest poses and publishes its contacts. Returns the snapshot it used. `prepare` is called once they are read.
     /// A step that is cancelled publishes nothing.
-    pub fn step(&mut self, session: &mut Session) -> &HandSamples {
+    pub fn step(&mut self, session: &mut Session, prepare: impl FnOnce(&mut Session)) -> &HandSamples {
         let samples = self.samples.read();
+        prepare(session);
         session.step_with(&samples.poses);
         if session.is_cancelled() {
             return samples;

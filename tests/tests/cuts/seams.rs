@@ -56,7 +56,7 @@ fn panels(columns: [u32; 2], rows: u32, gap: f64) -> String {
 fn scene(bench: &Bench, model: &str, time: &str, body: &str) -> std::path::PathBuf {
     bench.write("panels.obj", model);
     let text = format!(
-        "format = 1\n[time]\nduration = 3\n{time}\n[solver]\ntolerance = 1e-10\n[[body]]\nname = \"shirt\"\nmesh = \"panels.obj\"\nsheet = {{}}\n\
+        "format = 1\n[time]\nduration = 3\n{time}\n[solver]\ntolerance = 1e-10\n[[body]]\nname = \"shirt\"\nmesh = \"panels.obj\"\nweld = false\nsheet = {{}}\n\
          material = {{ plugin = \"cloth\", params = {{ density = 0.2, damping-time = \"5 ms\" }} }}\n{body}\n\
          [[probe]]\nname = \"parts\"\nquantity = \"parts\"\n[output]\nparts = \"files\"\n"
     );

@@ -70,7 +70,7 @@ fn strip_scene(bench: &Bench, apart: bool, body: &str, edit: &str) -> Session {
 fn strip_scene_of(bench: &Bench, model: &str, body: &str, edit: &str) -> Session {
     bench.write("strip.obj", model);
     let text = format!(
-        "format = 1\n[time]\nduration = 3\nintegrator = \"backward-euler\"\n[solver]\ntolerance = 1e-10\n[[body]]\nmesh = \"strip.obj\"\nsheet = {{}}\n\
+        "format = 1\n[time]\nduration = 3\nintegrator = \"backward-euler\"\n[solver]\ntolerance = 1e-10\n[[body]]\nmesh = \"strip.obj\"\nweld = false\nsheet = {{}}\n\
          material = {{ plugin = \"cloth\", params = {{ density = 0.2, damping-time = \"5 ms\" }} }}\n{body}\n[[device]]\nname = \"hand\"\n\
          params = {{ path = [[0, 0.005, 0, 0.0038], [0.3, 0.055, 0, 0.0038], [0.32, 0.055, 0, 0.05]] }}\n\
          [[tool]]\nname = \"needle\"\ndevice = \"hand\"\nradius = \"4 mm\"\nstiffness = \"2000 N/m\"\n[[edit]]\nkind = \"{edit}\"\ntool = \"needle\"\nend = 0.31\n"

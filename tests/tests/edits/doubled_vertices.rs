@@ -34,7 +34,7 @@ fn points_text(points: impl Iterator<Item = Vec3>) -> String {
 fn edited(text: &str, kind: &str) -> [Vec<Vec3>; 2] {
     let bench = Bench::new();
     bench.write("model.obj", text);
-    let body = "mesh = \"model.obj\"\nsize = 0.1\nmaterial = { plugin = \"neo-hookean\", params = { young = 2e4, damping-time = 0.005 } }\n\
+    let body = "mesh = \"model.obj\"\nweld = false\nsize = 0.1\nmaterial = { plugin = \"neo-hookean\", params = { young = 2e4, damping-time = 0.005 } }\n\
                 grid = { level = 5, region = \"whole\" }\nfixed = [{ box = [[-1, -1, -1], [1, 1, 0]] }]";
     let start = "format = 1\n[time]\nduration = 1\ndt = 0.004\nintegrator = \"backward-euler\"\npatience = \"1000 s\"\n[[body]]\n";
     let hand = |path: &str| {

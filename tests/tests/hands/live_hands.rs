@@ -230,7 +230,7 @@ fn a_live_session_is_replayed_by_its_samples_alone() {
     let mut stream = Vec::new();
     for _ in 0..1200 {
         bout.run(1, 0);
-        let samples = bout.port.step(&mut bout.session);
+        let samples = bout.port.step(&mut bout.session, |_| {});
         stream.push((samples.poses.clone(), pliant_record::state_digest(&bout.session)));
     }
     assert!(bout.arm(0).force.norm() > 0.05, "{:?}", bout.arm(0).force);

@@ -131,7 +131,7 @@ fn live(peak: f64, every: u64) -> Vec<Vec3> {
     for tick in 0..700 {
         servo.tick(tick * 1_000_000);
         if tick % every == 0 && tick < 400 {
-            port.step(&mut session);
+            port.step(&mut session, |_| {});
         }
     }
     assert_eq!(session.events.count(EventKind::Quarantine), 0);

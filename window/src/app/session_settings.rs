@@ -3,6 +3,7 @@
 use super::App;
 use crate::sim::Command;
 use crate::tools::ToolSettings;
+use pliant_engine::session::SessionCommand;
 
 /// Factors of the stiffness that may be asked for while a model is open.
 const STIFFNESS_FACTORS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
@@ -14,21 +15,24 @@ impl App {
         let hand = model.facts.hand;
         // A larger ball meets more of the surface, so the spring to the hand grows as the contact does: with the radius.
         let (radius, coupling) = (self.settings.size * hand.radius, self.settings.size * hand.coupling);
-        self.send(Command::ResizeTool { radius, coupling });
+        self.send(Command::ChangeBrush(SessionCommand::ResizeTools { radius, coupling }));
     }
 
     /// Gives the edits of the session the strength and the falloff that are set.
     pub(super) fn set_brush(&mut self) {
         let ToolSettings { brush, falloff, .. } = self.settings;
-        self.send(Command::SetBrush { strength: brush, falloff });
+        self.send(Command::ChangeBrush(SessionCommand::SetBrush { strength: brush, falloff }));
     }
 
-    /// Gives the session the symmetry that is set, between two strokes.
+    /// Gives the session the symmetry that is set; what is under way keeps its own.
     pub(super) fn send_symmetry(&mut self) {
         let wanted = self.settings.symmetry;
-        let Some(model) = self.model.as_ref().filter(|model| !model.hand.is_busy()) else { return };
+        let Some(model) = &self.model else { return };
         if wanted != self.sent_symmetry {
-            self.send(Command::SetSymmetry { axes: wanted, centre: model.symmetry(wanted).centre });
+            self.send(Command::ChangeBrush(SessionCommand::SetSymmetry {
+                axes: wanted,
+                centre: model.symmetry(wanted).centre,
+            }));
             self.sent_symmetry = wanted;
         }
     }

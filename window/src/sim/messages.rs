@@ -5,12 +5,10 @@ use super::history::Stroke;
 use crate::opening::ModelFacts;
 use pliant_editor::DeviceHand;
 use pliant_editor::surface::ViewSurface;
-use pliant_engine::body::{Axes, Model};
-use pliant_engine::edit::Falloff;
+use pliant_engine::body::Model;
 use pliant_engine::session::{SculptLayerState, SessionCommand, StiffnessState, Warning};
 use pliant_engine::tool::Frame as DeviceFrame;
 use pliant_live::{LiveSummary, PointerHandle, ViewReader};
-use pliant_solver::Vec3;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
@@ -28,27 +26,8 @@ pub enum Command {
     Redo,
     /// Take back or make again until this many strokes are there.
     JumpTo(usize),
-    /// Give the tool this radius (m) and this spring to the hand (N/m).
-    ResizeTool {
-        /// m
-        radius: f64,
-        /// N/m
-        coupling: f64,
-    },
-    /// Give strokes another strength and falloff; the next one has them.
-    SetBrush {
-        /// Factor of the strength that the edits were opened with.
-        strength: f64,
-        /// How it decreases from the centre of the region to its radius.
-        falloff: Falloff,
-    },
-    /// Mirror hands along these axes; strokes that begin from now on are mirrored.
-    SetSymmetry {
-        /// Axes (x, y, z) along which hands are mirrored.
-        axes: Axes,
-        /// A point on all mirror planes, m
-        centre: Vec3,
-    },
+    /// Change size, strength, falloff or symmetry of the brush by one of the session's commands on them: strokes that begin after it have it.
+    ChangeBrush(SessionCommand),
     /// Give all bodies a stiffness; they get there without a jump of the force.
     SetStiffness {
         /// Factor of the stiffness they were opened with.

@@ -16,6 +16,7 @@ use pliant_engine::session::{CancelToken, EventKind, Session, SessionCommand};
 use pliant_host::Device;
 use pliant_live::{HapticDevice, LiveSession, LiveSettings, PointerDevice, PointerHandle, ViewWriter, view_buffer};
 use pliant_solver::Vec3;
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, PoisonError};
@@ -91,8 +92,12 @@ fn work(
     let mut session_path: Option<PathBuf> = None;
     let (mut in_stroke, mut warnings, mut told) = (false, session.warnings(), Status::default());
     let mut was_at_rest = false;
+    let mut pending = VecDeque::new();
     while live.is_alive() {
-        let samples = live.step(&mut session);
+        let samples = live.step_after(&mut session, |session| {
+            pending.extend(commands.try_iter());
+            apply_settings(&mut pending, session, &mut session_file);
+        });
         let hand = samples.poses.first().and_then(|poses| poses.first());
         let change = device_strokes.as_mut().map_or(StrokeChange::None, |strokes| strokes.update(hand));
         // A step that was cancelled is followed by the command to end.
@@ -118,7 +123,8 @@ fn work(
                 autosave.end_stroke(now);
             }
         }
-        for command in commands.try_iter() {
+        pending.extend(commands.try_iter());
+        for command in pending.drain(..) {
             match command {
                 Command::BeginStroke(name) => {
                     in_stroke = true;
@@ -151,15 +157,7 @@ fn work(
                     changed |= log.update(session.history(), now);
                     changed |= go_to(&mut session, &mut session_file, &mut log, count);
                 }
-                Command::ResizeTool { radius, coupling } => {
-                    session_file.apply(&mut session, SessionCommand::ResizeTools { radius, coupling });
-                }
-                Command::SetBrush { strength, falloff } => {
-                    session_file.apply(&mut session, SessionCommand::SetBrush { strength, falloff });
-                }
-                Command::SetSymmetry { axes, centre } => {
-                    session_file.apply(&mut session, SessionCommand::SetSymmetry { axes, centre });
-                }
+                Command::ChangeBrush(setting) => _ = session_file.apply(&mut session, setting),
                 Command::SetStiffness { factor } => {
                     changed |= log.update(session.history(), now);
                     let before = session.stiffness().wanted;
@@ -309,6 +307,14 @@ fn give_device(
     let name = request.device.as_ref().map_or_else(String::new, |device| device.plugin.clone());
     let (guided, hand) = DeviceHand::give(Box::new(real), pointer, session, 0, name);
     (Box::new(guided), Some(hand))
+}
+
+/// Applies the settings of the brush that were asked for before anything else was: a stroke that begins in the step to come has them all.
+fn apply_settings(pending: &mut VecDeque<Command>, session: &mut Session, session_file: &mut SessionFile) {
+    while let Some(Command::ChangeBrush(_)) = pending.front() {
+        let Some(Command::ChangeBrush(setting)) = pending.pop_front() else { return };
+        session_file.apply(session, setting);
+    }
 }
 
 /// Whether people should hear of it. A pointer jumps and leaves as a hand does not, what is taken back is in the history, substeps and repeated steps

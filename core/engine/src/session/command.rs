@@ -31,7 +31,7 @@ pub enum SessionCommand {
         /// Factor of the stiffness that the scene gives, 0.001 to 1000
         factor: f64,
     },
-    /// Mirrors hands along other axes, of those that the scene's `symmetry` has. The next strokes have it; what was done before stays.
+    /// Mirrors hands along other axes, of those that the scene's `symmetry` has. The next strokes have it; what is under way and was done before stays as it is.
     SetSymmetry {
         /// Axes along which hands are mirrored; none for no symmetry.
         axes: Axes,
@@ -101,7 +101,7 @@ impl Session {
                 !self.plan.edits.is_empty()
             }
             SessionCommand::SetStiffness { factor } => self.want_stiffness(factor),
-            SessionCommand::SetSymmetry { axes, centre } => self.set_symmetry(axes, centre),
+            SessionCommand::SetSymmetry { axes, centre } => self.want_symmetry(axes, centre),
             SessionCommand::SplitBody { body, triangle } => {
                 let division = triangle.map_or(Division::EachPart, Division::PartOf);
                 self.split(body as usize, division).is_ok()

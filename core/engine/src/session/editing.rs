@@ -3,7 +3,8 @@
 use super::division::DividedBodies;
 use super::history::History;
 use super::sculpt_layers::SculptLayers;
-use crate::body::{Body, SymmetryPlane};
+use crate::body::{Axes, Body, SymmetryPlane};
+use pliant_solver::Vec3;
 use std::sync::Arc;
 
 /// States that can be undone, sculpt layers, bodies that were split, and the symmetry of edits.
@@ -16,6 +17,8 @@ pub(super) struct Editing {
     pub(super) divided: DividedBodies,
     /// Planes of a symmetry that the next step pairs the vertices of bodies for.
     pub(super) unpaired: Option<Vec<SymmetryPlane>>,
+    /// Axes and centre (m) of a symmetry that was asked for amid an edit.
+    pub(super) next_symmetry: Option<(Axes, Vec3)>,
 }
 
 impl Editing {
@@ -26,6 +29,7 @@ impl Editing {
             layers: SculptLayers::default(),
             divided: DividedBodies::new(bodies),
             unpaired,
+            next_symmetry: None,
         }
     }
 

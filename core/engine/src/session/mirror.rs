@@ -71,6 +71,11 @@ impl Session {
     /// Sets the hands of mirrored tools to the mirror images of their originals; a tool that has just got one appears there, without a path from its last
     /// place.
     pub(super) fn mirror_hands(&mut self) {
+        if self.edits_under_way() == 0
+            && let Some((axes, centre)) = self.editing.next_symmetry.take()
+        {
+            self.set_symmetry(axes, centre);
+        }
         self.pair_vertices();
         for at in 0..self.tools.len() {
             let Some(mirror) = self.tools[at].mirror else { continue };
@@ -86,9 +91,20 @@ impl Session {
         }
     }
 
+    /// Mirrors the hands of the next strokes: from now on, or from the end of what is under way, one side of which would begin or end amid the other. Returns whether the scene
+    /// has any mirrored tools.
+    pub(super) fn want_symmetry(&mut self, axes: Axes, centre: Vec3) -> bool {
+        self.editing.next_symmetry = None;
+        if self.edits_under_way() == 0 {
+            return self.set_symmetry(axes, centre);
+        }
+        self.editing.next_symmetry = Some((axes, centre));
+        self.tools.iter().any(|slot| slot.mirror.is_some())
+    }
+
     /// Mirrors hands along `axes` about `centre` (m) from now on, as far as the scene has mirrored tools for it, and in planes of their own where `axes` has any. Returns
     /// whether it has any.
-    pub(super) fn set_symmetry(&mut self, axes: Axes, centre: Vec3) -> bool {
+    fn set_symmetry(&mut self, axes: Axes, centre: Vec3) -> bool {
         let (mut has_mirrors, mut planes) = (false, normal_to(axes, centre));
         for mirror in self.tools.iter_mut().filter_map(|slot| slot.mirror.as_mut()) {
             match mirror.image {
