@@ -54,6 +54,6 @@ mod tests {
         let commas = |line: &str| line.matches(',').count();
         let lines: Vec<&str> = text.lines().collect();
         assert!(commas(lines[0]) == commas(lines[2]) && commas(lines[1]) == commas(lines[0]) + 1, "{text}");
-        assert!(lines[0].ends_with("ratio,note,reference") && lines[2].ends_with("5e-1,,"));
+        assert!(lines[0].ends_with("ratio,reference,note") && lines[2].ends_with("5e-1,,"));
     }
 }

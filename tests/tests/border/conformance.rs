@@ -26,6 +26,7 @@ const COUNTED: &[&str] = &["no-allocation-in-a-step"];
 const EMBEDDING: &[&str] = &["pull-back-is-the-transpose"];
 /// Cases of a device that is open: `scripted` needs a path, and `pen` a tablet.
 const OPENED: &[&str] = &[
+    "arrays-are-kept-to",
     "opens-with-defaults",
     "opens-many-times",
     "limits-are-valid",
