@@ -81,7 +81,7 @@ fn a_finger_that_comes_near_a_cloth_without_touching_it_wakes_nothing() {
     let lowest = session.bodies[0].system.nodes.x.iter().fold(0.0, |low: f64, x| low.min(x.z));
     assert!(lowest < -1e-4, "it sags");
     // A finger of 10 mm above the middle, where the cloth is lowest, and the edges of the cloth are 6 mm. What jumps there could touch; what comes slowly does not.
-    let mut hold = |session: &mut Session, z: f64| {
+    let hold = |session: &mut Session, z: f64| {
         session.place_hand(0, Some(place(z)));
         session.step();
     };
