@@ -145,7 +145,7 @@ impl<T: Value> Guarded<T> {
         self.guards..self.values.len() - self.guards
     }
 
-    /// The array.
+    /// The values that are handed over, without the guards.
     pub(super) fn array(&self) -> &[T] {
         &self.values[self.range()]
     }

@@ -203,28 +203,28 @@ fn axes_of(bits: u64) -> Axes {
     std::array::from_fn(|axis| bits >> axis & 1 == 1)
 }
 
-/// A symmetry that is asked for amid a stroke is that of the next: the stroke ends on both sides as it began.
+/// A symmetry that is asked for during a stroke is that of the next: the stroke ends on both sides as it began.
 #[test]
-fn what_is_asked_for_amid_a_stroke_is_for_the_next() {
+fn what_is_asked_for_during_a_stroke_is_for_the_next() {
     for seed in 0..6 {
         let kinds = kinds();
         let kind = kinds[seed as usize * kinds.len() / 6];
-        let shapes = [false, true].map(|is_amid| {
+        let shapes = [false, true].map(|is_during| {
             let random = &mut Random(0x5377_0000 + seed);
             let mut edited = Edited::open(random, false);
             edited.mirror([true, false, false]);
             let mut was_asked = false;
             let start = edited.surface();
             edited.stroke(random, kind, |session| {
-                if is_amid && !was_asked && session.edits_under_way() > 0 {
+                if is_during && !was_asked && session.edits_under_way() > 0 {
                     was_asked = true;
                     let none = SessionCommand::SetSymmetry { axes: [false; 3], centre: Vec3::zeros() };
                     assert!(session.apply(none));
                 }
             });
-            assert!(was_asked == is_amid, "{}, seed {seed}: the stroke was not under way", kind.name());
+            assert!(was_asked == is_during, "{}, seed {seed}: the stroke was not under way", kind.name());
             let first = edited.surface();
-            if !is_amid {
+            if !is_during {
                 edited.mirror([false; 3]);
             }
             edited.stroke(random, kind, |_| {});

@@ -1,7 +1,8 @@
 //! A hand that gives way, in a closed loop with a simulation: what it feels, and that it is safe whatever the simulation does.
 
-use pliant_engine::session::Session;
+use pliant_engine::session::{Session, SessionCommand};
 use pliant_engine::tool::Cause;
+use pliant_live::HandSamples;
 use pliant_solver::Vec3;
 use pliant_tests::arm::ArmModel;
 use pliant_tests::bout::Bout;
@@ -240,4 +241,23 @@ fn a_live_session_is_replayed_by_its_samples_alone() {
         again.step_with(&poses);
         assert_eq!(pliant_record::state_digest(&again), digest, "at {} s", again.time());
     }
+}
+
+/// What a program asks for before it has the hand move is there in the step with that motion, for it is done after the poses are read.
+#[test]
+fn what_is_prepared_is_done_after_the_poses_are_read_and_before_the_step() {
+    let mut bout = Bout::new(block(SOFT, ""), vec![press(2e-3)]);
+    bout.run(100, 1);
+    let Bout { session, servo, port, .. } = &mut bout;
+    let place = |samples: &HandSamples| samples.poses[0][0].position;
+    let (newest, steps, radius) = (place(port.latest()), session.steps(), 3e-3);
+    let samples = port.step(session, |session| {
+        // The hand goes on meanwhile.
+        (0..100).for_each(|tick| servo.tick((101 + tick) * 1_000_000));
+        assert_eq!(session.steps(), steps);
+        assert!(session.apply(SessionCommand::ResizeTools { radius, coupling: 500.0 }));
+    });
+    assert_eq!(place(samples), newest, "the step has the poses from before");
+    assert_eq!((session.steps(), session.tools[0].tool.proxy.radius()), (steps + 1, radius));
+    assert_ne!(place(port.latest()), newest);
 }

@@ -17,7 +17,7 @@ pub(super) struct Editing {
     pub(super) divided: DividedBodies,
     /// Planes of a symmetry that the next step pairs the vertices of bodies for.
     pub(super) unpaired: Option<Vec<SymmetryPlane>>,
-    /// Axes and centre (m) of a symmetry that was asked for amid an edit.
+    /// Axes and centre (m) of a symmetry that was asked for during an edit.
     pub(super) next_symmetry: Option<(Axes, Vec3)>,
 }
 
@@ -42,7 +42,7 @@ impl Editing {
     /// Sets the layers to those of a saved state.
     pub(super) fn restore_layers(&mut self, layers: &SculptLayers) {
         self.layers = layers.clone();
-        // One that was saved amid a cut has a stamp that no cut has had yet.
+        // One that was saved during a cut has a stamp that no cut has had yet.
         self.history.topologies = self.history.topologies.max(self.layers.topology());
     }
 }

@@ -91,8 +91,8 @@ impl Session {
         }
     }
 
-    /// Mirrors the hands of the next strokes: from now on, or from the end of what is under way, one side of which would begin or end amid the other. Returns whether the scene
-    /// has any mirrored tools.
+    /// Mirrors the hands of the next edits: from now on, or once no edit is under way, for that would begin or end on one side alone. Returns whether the scene has any
+    /// mirrored tools.
     pub(super) fn want_symmetry(&mut self, axes: Axes, centre: Vec3) -> bool {
         self.editing.next_symmetry = None;
         if self.edits_under_way() == 0 {

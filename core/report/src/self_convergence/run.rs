@@ -123,7 +123,7 @@ pub fn self_convergence(
 
 /// The runs of a report so far.
 struct Runs<'a> {
-    /// The scene.
+    /// The scene and the settings of the command, which all runs have.
     scene_input: SceneInput<'a>,
     /// Number of runs that are done, or known from before.
     done: usize,

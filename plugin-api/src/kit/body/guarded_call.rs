@@ -27,7 +27,7 @@ pub(in crate::kit) enum Function {
 }
 
 impl Function {
-    /// All functions.
+    /// Every function once.
     pub(in crate::kit) const ALL: [Self; 13] = [
         Self::Rest,
         Self::Mass,
@@ -69,7 +69,7 @@ impl Function {
 pub(in crate::kit) struct GuardChange {
     /// Name of the array.
     pub(in crate::kit) array: &'static str,
-    /// The number.
+    /// What the guards hold: a whole number for an array of integers.
     pub(in crate::kit) number: f64,
     /// Offset of the only guard that has it; `None` for all.
     pub(in crate::kit) offset: Option<isize>,
