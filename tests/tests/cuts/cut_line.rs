@@ -25,3 +25,14 @@ pub fn ends(mesh: &CutMesh) -> Vec<Vec3> {
     let is_end = |(v, angle): &(u32, f64)| is_cut[*v as usize] && *angle > LEAST_END_ANGLE;
     skin_angles.into_iter().filter(is_end).map(|(v, _)| surface.points[v as usize]).collect()
 }
+
+/// Vertices of the skin that a cut has made or parted.
+pub fn vertices(mesh: &CutMesh) -> Vec<u32> {
+    let surface = mesh.surface();
+    let (mut is_cap, mut is_skin) = (vec![false; surface.points.len()], vec![false; surface.points.len()]);
+    for (index, corners) in surface.triangles.iter().enumerate() {
+        let marks = if mesh.is_cap(index as u32) { &mut is_cap } else { &mut is_skin };
+        corners.iter().for_each(|v| marks[*v as usize] = true);
+    }
+    (0..surface.points.len() as u32).filter(|v| is_cap[*v as usize] && is_skin[*v as usize]).collect()
+}

@@ -21,7 +21,7 @@ use std::ops::RangeInclusive;
 
 const SOLIDS_OF: [&str; 3] = ["mass-spring", "neo-hookean", "corotational"];
 /// Longest edge of a body's bounding box, m.
-const SIZE: f64 = 0.1;
+pub const SIZE: f64 = 0.1;
 /// Volume of a part of the surface, in cells, above which the lattice has a part of its own for it: two of the smallest that it parts.
 const LEAST_CELLS: f64 = 1.0;
 /// Radius of an editor's tool on such a body, m.
@@ -196,6 +196,28 @@ impl DrawnCut {
         let mut session = open_drafted(&bench.write("scene.toml", scene));
         session.keep_history();
         session
+    }
+
+    /// Unit normal of the plane in which the blade goes.
+    pub fn plane(&self) -> Vec3 {
+        let [start, end] = self.line;
+        (end - start).cross(&self.along_blade(start)).normalize()
+    }
+
+    /// Goes to the first place, and from there to the second with the button of an edit kind, at 1 mm a step.
+    pub fn stroke(&self, session: &mut Session, kind: &str, release: Release, [start, end]: [Vec3; 2]) {
+        let kind = KINDS.iter().find(|other| other.name() == kind).expect("a kind");
+        let button = 1 << stroke_button(*kind, release, PaintStroke::default());
+        let mut sample = |position: Vec3, buttons: u32| {
+            session.place_hand(0, Some(HandPose { position, rotation: UnitQuaternion::identity(), buttons }));
+            session.step();
+            session.frame().tools[0].hand
+        };
+        while (sample(start, 0) - start).norm() > 0.2 * RADIUS {}
+        let steps = ((end - start).norm() / 1e-3).ceil().max(1.0) as u32;
+        (1..=steps).for_each(|step| _ = sample(start.lerp(&end, f64::from(step) / f64::from(steps)), button));
+        (0..50).for_each(|_| _ = sample(end, button));
+        (0..50).for_each(|_| _ = sample(end, 0));
     }
 
     /// Draws the line as a window does that shows a simulation slower than the hand.

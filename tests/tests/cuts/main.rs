@@ -10,6 +10,7 @@ mod drawn_line;
 mod drawn_twice;
 mod fast_cuts;
 mod fragments;
+mod kept_line;
 mod seams;
 mod split_bodies;
 mod split_parts;

@@ -115,6 +115,11 @@ impl Lattice {
         }
     }
 
+    /// Whether edits have left the body in another shape than that of its file.
+    pub fn has_rest_offsets(&self) -> bool {
+        !self.rest_offsets.is_empty()
+    }
+
     /// The offsets of all nodes, with those of copies that a cut has made and the next region will have.
     pub(in crate::body) fn all_rest_offsets(&self) -> RestOffsets {
         let mut offsets = self.rest_offsets.clone();

@@ -1,8 +1,8 @@
 //! The place on a blade by which its motion through a body is told.
 
-use crate::body::{Body, Discretization};
+use crate::body::{Body, Discretization, Lattice};
 use pliant_cut::Blade;
-use pliant_plugin_api::abi::Level;
+use pliant_plugin_api::abi::{Ball, Level};
 use pliant_solver::Vec3;
 
 /// The place on a blade that is nearest to the middle of a body in its rest shape. A blade may be far longer than the body is thick, and turn about a place on it that is outside, as one
@@ -18,10 +18,7 @@ impl Middle {
     pub fn of(body: &Body) -> Self {
         Self {
             body: match &body.discretization {
-                Discretization::Lattice(lattice) => {
-                    let Level { origin, edge, cells_per_axis, .. } = lattice.facts;
-                    Some(Vec3::from(origin) + Vec3::repeat(0.5 * edge * f64::from(cells_per_axis)))
-                }
+                Discretization::Lattice(lattice) => Some(ball_around(lattice).centre.into()),
                 Discretization::Sheet(_) => None,
             },
         }
@@ -38,4 +35,11 @@ impl Middle {
     pub fn way(self, from: &Blade, to: &Blade) -> Vec3 {
         self.on(to) - self.on(from)
     }
+}
+
+/// The ball around all cells of a lattice in its rest shape, m.
+pub fn ball_around(lattice: &Lattice) -> Ball {
+    let Level { origin, edge, cells_per_axis, .. } = lattice.facts;
+    let half = 0.5 * edge * f64::from(cells_per_axis);
+    Ball { centre: (Vec3::from(origin) + Vec3::repeat(half)).into(), radius: 3.0_f64.sqrt() * half }
 }

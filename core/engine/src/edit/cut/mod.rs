@@ -3,6 +3,7 @@
 mod body_stroke;
 mod cut_step;
 mod detour;
+mod kept_shape;
 mod knife;
 mod middle;
 mod rest_blade;

@@ -1,5 +1,6 @@
 //! A blade mapped to the rest shape of a body, where it cuts.
 
+use super::kept_shape::KeptShape;
 use super::sheet_intersection::SheetIntersection;
 use crate::body::{Body, Discretization, Lattice, LatticeError};
 use nalgebra::Matrix3;
@@ -19,7 +20,8 @@ pub struct BladeLine {
 
 /// A blade in the rest shape of a body.
 pub struct RestBlade {
-    /// The edge of the blade, its ends moved by the displacements of the material there, m.
+    /// The edge of the blade, its ends moved by the displacements of the material there, m. Of a solid whose shape was kept it goes through the points of the skin
+    /// at rest where it goes into the skin and out of it.
     pub blade: Blade,
     /// Points along the edge inside of the body, from tip to heel, m (k x 3).
     pub points: Vec<Vec3>,
@@ -83,6 +85,7 @@ impl BladeLine {
         let heel = self.tip + self.length * self.along;
         let mut points = Vec::new();
         let (mut first, mut last, mut drift) = (None, Vec3::zeros(), None);
+        let kept = KeptShape::of(body, lattice);
         for i in 0..count {
             let s = self.length * i as f64 / (count - 1) as f64;
             let now = self.tip + s * self.along;
@@ -92,8 +95,14 @@ impl BladeLine {
                 let drift = *drift.get_or_insert_with(|| mean_displacement(lattice, body));
                 moved = displacement_at(now, now - drift, lattice, body)?;
             }
-            let point = moved.map_or(now, |u| now - u);
+            let point = match (moved, &kept) {
+                (Some(u), _) => now - u,
+                (None, Some(kept)) => now - kept.displacement_near(now),
+                (None, None) => now,
+            };
             if let Some(u) = moved {
+                // What was kept is seen to below.
+                let u = if kept.is_some() { u - lattice.rest_offset_at(point)? } else { u };
                 first.get_or_insert(u);
                 last = u;
             }
@@ -101,7 +110,8 @@ impl BladeLine {
                 points.push(point);
             }
         }
-        let blade = Blade { tip: self.tip - first.unwrap_or_default(), heel: heel - last };
+        let settled = Blade { tip: self.tip - first.unwrap_or_default(), heel: heel - last };
+        let blade = kept.map_or(Ok(settled), |kept| kept.at_rest(&settled))?;
         Ok(RestBlade { blade, points, tip: blade.tip, in_gap: false, rotation: Matrix3::identity() })
     }
 }
