@@ -53,6 +53,7 @@ mod cut_edges;
 mod enclosure;
 mod error;
 mod fans;
+mod front;
 mod journal;
 mod lids;
 mod mesh;

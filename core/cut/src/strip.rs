@@ -14,15 +14,19 @@ const TO_PIVOT: [f64; 5] = [0.5, 0.6, 0.7, 0.8, 0.9];
 impl CutMesh {
     /// The parts of two blades between which a strip is swept: all of them, or without what goes back if that is outside of the mesh.
     pub(super) fn swept_parts(&self, from: Blade, to: Blade) -> [Blade; 2] {
-        let all = [from, to];
-        let Some(pivot) = pivot(&from, &to) else { return all };
+        self.kept_parts(&from, &to).unwrap_or([from, to])
+    }
+
+    /// The parts of two blades on the side of the place about which the blade turns where the mesh is; `None` if it turns about none, or the mesh is on both sides.
+    pub(super) fn kept_parts(&self, from: &Blade, to: &Blade) -> Option<[Blade; 2]> {
+        let (all, pivot) = ([from, to], pivot(from, to)?);
         let is_free = |part: [f64; 2]| self.is_outside(all.map(|blade| blade.part(part)));
         let kept = TO_PIVOT.iter().find_map(|share| {
             let (low, high) = (share * pivot, 1.0 - share * (1.0 - pivot));
             let is_tip_kept = is_free([low, 1.0]).then_some([0.0, low]);
             is_tip_kept.or_else(|| is_free([0.0, high]).then_some([high, 1.0]))
         });
-        kept.map_or(all, |kept| all.map(|blade| blade.part(kept)))
+        kept.map(|kept| all.map(|blade| blade.part(kept)))
     }
 
     /// Whether nothing of the mesh is at a strip between two blades.
@@ -33,6 +37,11 @@ impl CutMesh {
         }
         is_free
     }
+}
+
+/// Where a blade is to turn, as a share of its length, so that a strip is swept up to the share `last`.
+pub(super) fn pivot_beyond(last: f64) -> f64 {
+    last / TO_PIVOT[3]
 }
 
 /// Where one blade crosses the other as they are seen along the normal of their strip, as a share of the way from tip to heel; `None` where both ends go the same way.

@@ -3,6 +3,7 @@
 mod awkward;
 mod checks;
 mod exact;
+mod lagging;
 mod lids;
 mod random;
 mod shared;

@@ -187,6 +187,11 @@ impl BodyStroke {
     fn sweep_material(&mut self, body: &mut Body, to: &SweepTarget) -> Result<Option<Swept>, AdvanceError> {
         let Some(mesh) = &mut body.cut else { return Ok(None) };
         let before = self.stroke.blade();
+        let is_solid = body.discretization.lattice().is_some();
+        // A blade that is held by its resistance turns with the hand all the same, and may go back on one side of the body.
+        let front = || mesh.front(&before, &to.blade, self.middle.on(&before), to.heading);
+        let blade = if is_solid { front() } else { to.blade };
+        let to = &SweepTarget { blade, ..*to };
         // Elements of a sheet are its triangles: what does not meet the end of a cut there is seen to by wider snapping.
         let straight = match &body.discretization {
             Discretization::Lattice(_) => mesh.advance_without_bridges(&mut self.stroke, to.blade),
