@@ -1,7 +1,7 @@
-//! The front of a cut: how far a blade has come along all of its length.
+//! The front of a cut: how far a blade has gone forward along all of its length.
 //!
-//! A blade that turns about a place inside of the mesh goes ahead on one side of that and back on the other, through what it has cut already. A strip up to it would fold back over the
-//! last ones there, and beside them as soon as the blade leaves their plane: its line on the surface would be a branch of theirs.
+//! A blade that turns about a place inside of the mesh goes forward on one side of that place and back on the other, through what it has cut already. A strip up to it would fold back over the
+//! strips before it. Once the blade has left their plane, the strip would cut the surface beside them: a branch of the line of the cut.
 
 use super::blade::Blade;
 use super::mesh::CutMesh;
@@ -9,8 +9,10 @@ use super::strip::pivot_beyond;
 use pliant_mesh::geometry::Vec3;
 
 impl CutMesh {
-    /// The blade up to which a cut goes on from `from` while its blade comes to `to`. That is `to`, unless a part of it within the mesh has gone back against the direction `ahead`.
-    /// Then it is a blade that has come as far ahead at the place of `from` nearest to `middle` (m), and turns about a place beyond the mesh; `from`, if that place has not come ahead.
+    /// The blade up to which to cut next, from the blade `from` of the last advance, when the knife is at `to`.
+    ///
+    /// That is `to` as long as no part of it within the mesh has gone back against the direction `ahead`. Otherwise it is a blade that has gone as far forward as `to` at the place of `from`
+    /// that is nearest to `middle` (m), and turns about a place beyond the mesh; and `from` where that place has not gone forward.
     pub fn front(&self, from: &Blade, to: &Blade, middle: Vec3, ahead: Vec3) -> Blade {
         let blade = from.heel - from.tip;
         let share_of = |x: Vec3| (x - from.tip).dot(&blade) / blade.norm_squared();
@@ -18,12 +20,12 @@ impl CutMesh {
             return *to;
         };
         let [tip, heel] = [to.tip - from.tip, to.heel - from.heel].map(|way| way.dot(&across));
-        if tip.min(heel) >= 0.0 || self.kept_parts(from, to).is_some() {
+        if tip.min(heel) >= 0.0 || self.mesh_side(from, to).is_some() {
             return *to;
         }
         let at_middle = share_of(middle).clamp(0.0, 1.0);
-        let come = tip + at_middle * (heel - tip);
-        if come <= 0.0 {
+        let forward = tip + at_middle * (heel - tip);
+        if forward <= 0.0 {
             return *from;
         }
         // Shares of the blade from tip to heel; from heel to tip where the tip has gone back.
@@ -35,8 +37,8 @@ impl CutMesh {
             });
         }
         let pivot = oriented(pivot_beyond(last));
-        // It stays in the plane of the blade and the direction: what is left aside is cut once the blade has come ahead everywhere.
-        let moved = |share: f64| (pivot - share) / (pivot - at_middle) * come * across;
+        // In the plane of the blade and the direction: a motion aside is cut once the blade has gone forward all along.
+        let moved = |share: f64| (pivot - share) / (pivot - at_middle) * forward * across;
         Blade { tip: from.tip + moved(0.0), heel: from.heel + moved(1.0) }
     }
 }

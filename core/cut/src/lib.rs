@@ -68,6 +68,8 @@ mod solid;
 mod stitch;
 mod strip;
 mod subdivide;
+#[cfg(any(test, feature = "testing"))]
+pub mod testing;
 #[cfg(test)]
 mod tests;
 mod trace;

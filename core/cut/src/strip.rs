@@ -14,11 +14,11 @@ const TO_PIVOT: [f64; 5] = [0.5, 0.6, 0.7, 0.8, 0.9];
 impl CutMesh {
     /// The parts of two blades between which a strip is swept: all of them, or without what goes back if that is outside of the mesh.
     pub(super) fn swept_parts(&self, from: Blade, to: Blade) -> [Blade; 2] {
-        self.kept_parts(&from, &to).unwrap_or([from, to])
+        self.mesh_side(&from, &to).unwrap_or([from, to])
     }
 
     /// The parts of two blades on the side of the place about which the blade turns where the mesh is; `None` if it turns about none, or the mesh is on both sides.
-    pub(super) fn kept_parts(&self, from: &Blade, to: &Blade) -> Option<[Blade; 2]> {
+    pub(super) fn mesh_side(&self, from: &Blade, to: &Blade) -> Option<[Blade; 2]> {
         let (all, pivot) = ([from, to], pivot(from, to)?);
         let is_free = |part: [f64; 2]| self.is_outside(all.map(|blade| blade.part(part)));
         let kept = TO_PIVOT.iter().find_map(|share| {
@@ -39,9 +39,9 @@ impl CutMesh {
     }
 }
 
-/// Where a blade is to turn, as a share of its length, so that a strip is swept up to the share `last`.
+/// The pivot, as a share of the length of a blade, for a mesh that goes up to the share `last`: with the last but one of [`TO_PIVOT`] a strip ends there, and one is to spare.
 pub(super) fn pivot_beyond(last: f64) -> f64 {
-    last / TO_PIVOT[3]
+    last / TO_PIVOT[TO_PIVOT.len() - 2]
 }
 
 /// Where one blade crosses the other as they are seen along the normal of their strip, as a share of the way from tip to heel; `None` where both ends go the same way.

@@ -2,8 +2,8 @@
 
 #![allow(clippy::print_stdout, reason = "what failed, and the count")]
 
-use crate::cut_line;
 use nalgebra::{Rotation3, UnitQuaternion};
+use pliant_cut::testing::line_ends;
 use pliant_cut::{Blade, CutMesh, Stroke};
 use pliant_editor::{Draft, DraftMaterial, PaintStroke, SOLIDS, stroke_button};
 use pliant_engine::body::Body;
@@ -275,7 +275,7 @@ impl Unparted {
                 self.silent.push(number);
             }
         }
-        let ends = cut_line::ends(session.bodies[0].cut.as_ref().expect("a solid that can be cut"));
+        let ends = line_ends(session.bodies[0].cut.as_ref().expect("a solid that can be cut"));
         if !ends.is_empty() && parts >= expected {
             self.ended.push(number);
         }

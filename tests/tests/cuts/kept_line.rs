@@ -4,8 +4,8 @@
 
 #![allow(clippy::print_stdout, reason = "what was seen of each case")]
 
-use crate::cut_line;
 use crate::drawn_line::{DrawnCut, SIZE, count};
+use pliant_cut::testing::line_vertices;
 use pliant_engine::scene::Release;
 use pliant_engine::session::{Session, SessionCommand};
 use pliant_mesh::testing::Random;
@@ -21,9 +21,8 @@ fn farthest(session: &mut Session, case: &DrawnCut) -> f64 {
     let normal = case.plane();
     let body = &session.bodies[0];
     let mesh = body.cut.as_ref().expect("a solid that can be cut");
-    let vertices = cut_line::vertices(mesh);
     let distance = |v: &u32| (body.skin.x[*v as usize] - case.line[0]).dot(&normal).abs();
-    vertices.iter().map(distance).fold(0.0, f64::max)
+    line_vertices(mesh).iter().map(distance).fold(0.0, f64::max)
 }
 
 #[test]

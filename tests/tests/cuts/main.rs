@@ -1,7 +1,6 @@
 //! Bodies that are cut, split and stitched.
 
 mod cut_area;
-mod cut_line;
 mod cut_parts;
 mod cutting;
 mod cutting_physics;

@@ -1,11 +1,8 @@
 //! Blades whose tip lags behind a hand that turns them: they turn about a place inside of the body, where a part of them goes back.
 
 use super::*;
+use crate::testing::line_ends;
 use pliant_mesh::Surface;
-use std::collections::BTreeMap;
-
-/// Least angle of the skin around a vertex of the line of a cut at which the line ends there, rad: almost all around. Beside a line it is half of that.
-const LEAST_END_ANGLE: f64 = 1.7 * std::f64::consts::PI;
 
 /// A body and the blades that are drawn right through it.
 struct Lagging {
@@ -65,24 +62,6 @@ impl Lagging {
     }
 }
 
-/// Number of places where a line of a cut ends on the skin.
-fn count_ends(mesh: &CutMesh) -> usize {
-    let surface = mesh.surface();
-    let (mut skin_angles, mut is_cut) = (BTreeMap::<u32, f64>::new(), vec![false; surface.points.len()]);
-    for (index, corners) in surface.triangles.iter().enumerate() {
-        if mesh.is_cap(index as u32) {
-            corners.iter().for_each(|v| is_cut[*v as usize] = true);
-            continue;
-        }
-        let points = corners.map(|v| surface.points[v as usize]);
-        for (i, v) in corners.iter().enumerate() {
-            let [a, b] = [1, 2].map(|j| points[(i + j) % 3] - points[i]);
-            *skin_angles.entry(*v).or_default() += a.angle(&b);
-        }
-    }
-    skin_angles.into_iter().filter(|(v, angle)| is_cut[*v as usize] && *angle > LEAST_END_ANGLE).count()
-}
-
 /// Numbers of the cases with a branch, and of those in parts that hold together though no strip was refused.
 fn draw_all(goes_back: bool) -> [Vec<u64>; 2] {
     let (mut refused, mut branched, mut joined) = (0, Vec::new(), Vec::new());
@@ -93,7 +72,7 @@ fn draw_all(goes_back: bool) -> [Vec<u64>; 2] {
         let bridges = case.draw(&mut mesh, goes_back);
         sums.check(&mesh);
         refused += bridges;
-        if count_ends(&mesh) > 0 {
+        if !line_ends(&mesh).is_empty() {
             branched.push(number);
         }
         if bridges == 0 && mesh.parts().all.len() < 2 {

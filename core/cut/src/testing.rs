@@ -1,6 +1,6 @@
-//! The line of a cut on the skin of a solid: it ends nowhere if the cut was drawn right through.
+//! The line of a cut on the skin of a solid, for tests: it ends nowhere if the cut was drawn right through.
 
-use pliant_cut::CutMesh;
+use super::CutMesh;
 use pliant_mesh::geometry::Vec3;
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 const LEAST_END_ANGLE: f64 = 1.7 * std::f64::consts::PI;
 
 /// Places of the rest shape where a line of a cut ends on the skin, m.
-pub fn ends(mesh: &CutMesh) -> Vec<Vec3> {
+pub fn line_ends(mesh: &CutMesh) -> Vec<Vec3> {
     let surface = mesh.surface();
     let (mut skin_angles, mut is_cut) = (BTreeMap::<u32, f64>::new(), vec![false; surface.points.len()]);
     for (index, corners) in surface.triangles.iter().enumerate() {
@@ -27,7 +27,7 @@ pub fn ends(mesh: &CutMesh) -> Vec<Vec3> {
 }
 
 /// Vertices of the skin that a cut has made or parted.
-pub fn vertices(mesh: &CutMesh) -> Vec<u32> {
+pub fn line_vertices(mesh: &CutMesh) -> Vec<u32> {
     let surface = mesh.surface();
     let (mut is_cap, mut is_skin) = (vec![false; surface.points.len()], vec![false; surface.points.len()]);
     for (index, corners) in surface.triangles.iter().enumerate() {
