@@ -57,6 +57,7 @@ pub(crate) use samples::MAX_COLLECTED;
 pub use samples::Samples;
 pub use sheet::{Sheet, Warp};
 pub use skin::{EmbeddedPoint, NOT_EMBEDDED, Skin, interpolate};
+pub(crate) use skin::{NearestTriangle, nearest_triangle};
 pub use state::BodyState;
 pub use stiffness::StiffnessFactor;
 pub use stitch::Stitched;

@@ -45,30 +45,28 @@ pub(crate) struct NearestTriangle {
 }
 
 /// The point of a surface nearest to `point` (m), with vertices at `x` (m, n x 3); of several triangles the one with the lowest number.
-/// The search radius begins with `radius` and grows up to `largest` (both in m); `None` where no triangle is within that.
+/// It is looked for within `radius` first, and then within `largest` (both in m); `None` where no triangle is within that.
 pub(crate) fn nearest_triangle(
     tree: &TriangleTree,
     model: &Model,
     x: &[Vec3],
     point: Vec3,
-    mut radius: f64,
+    radius: f64,
     largest: f64,
 ) -> Option<NearestTriangle> {
-    loop {
+    let within = |reach: f64| {
         let mut best: Option<(f64, u32, Vec3)> = None;
-        tree.near(point, radius, |t| {
+        tree.near_within(point, reach, |t| {
             let closest = closest_point(point, model.surface.triangles[t as usize].map(|v| x[v as usize]));
             let distance = (closest.point - point).norm();
-            if distance <= radius && best.is_none_or(|(least, of, _)| (distance, t) < (least, of)) {
+            if distance <= reach && best.is_none_or(|(least, of, _)| (distance, t) < (least, of)) {
                 best = Some((distance, t, closest.bary));
             }
+            best.map_or(reach, |(least, ..)| least)
         });
-        match best {
-            Some((_, triangle, bary)) => return Some(NearestTriangle { triangle, bary }),
-            None if radius >= largest => return None,
-            None => radius *= 2.0,
-        }
-    }
+        best.map(|(_, triangle, bary)| NearestTriangle { triangle, bary })
+    };
+    within(radius).or_else(|| within(largest))
 }
 
 impl Skin {

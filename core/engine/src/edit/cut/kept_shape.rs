@@ -1,9 +1,9 @@
 //! Where a blade is in the rest shape of a solid whose shape was changed by edits and kept.
 
 use super::middle::ball_around;
-use crate::body::{Body, Lattice, LatticeError, interpolate};
+use crate::body::{Body, Lattice, LatticeError, NearestTriangle, interpolate, nearest_triangle};
 use pliant_cut::Blade;
-use pliant_mesh::geometry::{Closest, closest_point, meet};
+use pliant_mesh::geometry::meet;
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::Vec3;
 
@@ -13,22 +13,22 @@ pub struct KeptShape<'a> {
     lattice: &'a Lattice,
 }
 
-/// Displacement by edits beside a place of a blade.
+/// A point of the settled shape, on or beside a blade.
 #[derive(Clone, Copy)]
-struct Kept {
-    /// Share of the way from tip to heel.
+struct NearPoint {
+    /// Where on the blade it is nearest to, as a share of the way from tip to heel.
     share: f64,
     /// Distance from the blade, m.
     distance: f64,
-    /// From the rest shape of the file to the settled shape, m.
-    by: Vec3,
+    /// Displacement from the rest shape of the file, m.
+    displacement: Vec3,
 }
 
-/// Number of places along a blade from which the nearest skin is found.
+/// Number of places along a blade from which the nearest point of the skin is found.
 const PLACES: usize = 17;
-/// Distance of the skin from a blade at which it counts half as much as where the blade goes through it, in cell edges.
-const NEAR: f64 = 0.25;
-/// Spread of places along a blade that does not tell how it turns, in cell edges.
+/// Distance from a blade at which a point has half the weight of one on it, in cell edges.
+const HALF_WEIGHT: f64 = 0.25;
+/// Spread of points along a blade below which they do not tell how it turns, in cell edges.
 const LEAST_SPREAD: f64 = 0.1;
 /// Iterations from a place of the settled shape to the rest shape, inside of the body.
 const ITERATIONS: usize = 8;
@@ -41,33 +41,40 @@ impl<'a> KeptShape<'a> {
         lattice.has_rest_offsets().then_some(Self { body, lattice })
     }
 
-    /// The blade in the rest shape, but for what of it is far beside the body. A straight blade is bent there. The straight one that comes nearest goes through the skin, and past it, at
-    /// the same points: their displacements are fitted by a linear one, with weights that fall with the square of the distance from the blade (moving least squares, Lancaster
-    /// and Salkauskas 1981), so it changes steadily as the blade goes into a part of the body and out of it.
+    /// The straight blade in the rest shape that is closest to a blade in the settled shape, end for end.
+    ///
+    /// A straight blade in the settled shape is curved in the rest shape. This one subtracts a displacement that is linear along the blade, fitted to those of the skin where the blade
+    /// goes through it and beside it, with weights that fall with the square of the distance (moving least squares, Lancaster and Salkauskas 1981). So it changes
+    /// steadily as the blade enters a part of the body or leaves it.
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
     pub fn at_rest(&self, blade: &Blade) -> Result<Blade, LatticeError> {
-        let mut kept = self.crossings(blade);
-        kept.extend(self.beside(blade));
+        let mut points = self.crossings(blade);
+        points.extend(self.beside(blade));
         for (share, end) in [(0.0, blade.tip), (1.0, blade.heel)] {
-            kept.extend(self.displacement_inside(end)?.map(|by| Kept { share, distance: 0.0, by }));
+            let inside = self.displacement_inside(end)?;
+            points.extend(inside.map(|displacement| NearPoint { share, distance: 0.0, displacement }));
         }
         let (way, edge) = (blade.heel - blade.tip, self.lattice.edge());
-        let weight = |kept: &Kept| 1.0 / (kept.distance.powi(2) + (NEAR * edge).powi(2));
-        let all: f64 = kept.iter().map(weight).sum();
+        let weight = |point: &NearPoint| 1.0 / (point.distance.powi(2) + (HALF_WEIGHT * edge).powi(2));
+        let all: f64 = points.iter().map(weight).sum();
         if all == 0.0 {
             return Ok(*blade);
         }
-        let mean: f64 = kept.iter().map(|k| weight(k) * k.share).sum::<f64>() / all;
-        let by: Vec3 = kept.iter().map(|k| weight(k) * k.by).sum::<Vec3>() / all;
-        let spread: f64 = kept.iter().map(|k| weight(k) * (k.share - mean).powi(2)).sum();
+        let middle = points.iter().map(|p| weight(p) * p.share).sum::<f64>() / all;
+        let mean = points.iter().map(|p| weight(p) * p.displacement).sum::<Vec3>() / all;
+        let spread: f64 = points.iter().map(|p| weight(p) * (p.share - middle).powi(2)).sum();
         let least = all * (LEAST_SPREAD * edge).powi(2) / way.norm_squared();
-        let turn: Vec3 = kept.iter().map(|k| weight(k) * (k.share - mean) * k.by).sum::<Vec3>() / (spread + least);
-        let at = |share: f64| blade.tip + share * way - (by + (share - mean) * turn);
-        let whole = Blade { tip: at(0.0), heel: at(1.0) };
-        let [from, to] = self.range(&whole);
-        Ok(Blade { tip: at(from), heel: at(to) })
+        let slope = points.iter().map(|p| weight(p) * (p.share - middle) * p.displacement).sum::<Vec3>();
+        let displacement = |share: f64| mean + (share - middle) / (spread + least) * slope;
+        Ok(Blade { tip: blade.tip - displacement(0.0), heel: blade.heel - displacement(1.0) })
+    }
+
+    /// A blade without what is far beside the body: how one turns that is much longer than the body says little of its ends.
+    pub fn shortened(&self, blade: &Blade) -> Blade {
+        let [tip, heel] = self.range(blade).map(|share| blade.tip.lerp(&blade.heel, share));
+        Blade { tip, heel }
     }
 
     /// The part of a blade that is in the ball around the body, as shares of its length; all of it where none is.
@@ -81,7 +88,7 @@ impl<'a> KeptShape<'a> {
     }
 
     /// Where a blade goes through the skin of the settled shape.
-    fn crossings(&self, blade: &Blade) -> Vec<Kept> {
+    fn crossings(&self, blade: &Blade) -> Vec<NearPoint> {
         let (skin, triangles) = (&self.body.skin, &self.body.model.surface.triangles);
         let way = blade.heel - blade.tip;
         let mut found = Vec::new();
@@ -91,43 +98,32 @@ impl<'a> KeptShape<'a> {
             }
             let corners = triangles[triangle as usize].map(|v| skin.settled[v as usize]);
             if let Some((share, bary)) = meet(corners, blade.tip, way).filter(|(share, _)| *share <= 1.0) {
-                found.push(Kept { share, distance: 0.0, by: self.displacement_of(triangle, bary) });
+                found.push(NearPoint { share, distance: 0.0, displacement: self.displacement_of(triangle, bary) });
             }
         });
-        // The tree's order is no order of the blade.
+        // Sums must not depend on the order of the tree.
         found.sort_by(|a, b| a.share.total_cmp(&b.share));
         found
     }
 
-    /// Points of the skin beside a blade, where they are nearest to it.
-    fn beside(&self, blade: &Blade) -> impl Iterator<Item = Kept> {
+    /// Points of the skin that are nearest to places along a blade.
+    fn beside(&self, blade: &Blade) -> impl Iterator<Item = NearPoint> {
         let (way, [from, to]) = (blade.heel - blade.tip, self.range(blade));
         (0..PLACES).filter_map(move |i| {
             let place = blade.tip + (from + (to - from) * i as f64 / (PLACES - 1) as f64) * way;
-            let (point, by) = self.nearest(place)?;
+            let (point, displacement) = self.nearest(place)?;
             let share = ((point - blade.tip).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
-            Some(Kept { share, distance: (blade.tip + share * way - point).norm(), by })
+            Some(NearPoint { share, distance: (blade.tip + share * way - point).norm(), displacement })
         })
     }
 
-    /// Displacement of the skin that is nearest to a place of the settled shape (m), m; zero without a surface.
-    pub fn displacement_near(&self, place: Vec3) -> Vec3 {
-        self.nearest(place).map_or_else(Vec3::zeros, |(_, by)| by)
-    }
-
-    /// The point of the skin nearest to a place of the settled shape, and its displacement, m.
+    /// The point of the skin nearest to a place of the settled shape (m), and its displacement, m.
     fn nearest(&self, place: Vec3) -> Option<(Vec3, Vec3)> {
-        let (skin, triangles) = (&self.body.skin, &self.body.model.surface.triangles);
-        let mut nearest: Option<(f64, u32, Closest)> = None;
-        skin.tree.near_within(place, f64::INFINITY, |triangle| {
-            let closest = closest_point(place, triangles[triangle as usize].map(|v| skin.settled[v as usize]));
-            let distance = (closest.point - place).norm();
-            if nearest.is_none_or(|(least, of, _)| (distance, triangle) < (least, of)) {
-                nearest = Some((distance, triangle, closest));
-            }
-            nearest.map_or(f64::INFINITY, |(least, ..)| least)
-        });
-        nearest.map(|(_, triangle, closest)| (closest.point, self.displacement_of(triangle, closest.bary)))
+        let (skin, model) = (&self.body.skin, &self.body.model);
+        let NearestTriangle { triangle, bary } =
+            nearest_triangle(&skin.tree, model, &skin.settled, place, self.lattice.edge(), f64::INFINITY)?;
+        let corners = model.surface.triangles[triangle as usize].map(|v| skin.settled[v as usize]);
+        Some((interpolate(corners, bary), self.displacement_of(triangle, bary)))
     }
 
     /// Displacement of a point of a triangle, m.
@@ -140,14 +136,14 @@ impl<'a> KeptShape<'a> {
     /// Displacement of the material at a place of the settled shape (m), m; `None` outside of the body and of its active cells.
     fn displacement_inside(&self, place: Vec3) -> Result<Option<Vec3>, LatticeError> {
         let Some(mesh) = &self.body.cut else { return Ok(None) };
-        let (mut by, mut gap) = (self.displacement_near(place), f64::INFINITY);
+        let (mut moved, mut gap) = (self.nearest(place).map_or_else(Vec3::zeros, |(_, by)| by), f64::INFINITY);
         for _ in 0..ITERATIONS {
-            if self.lattice.cell_of(place - by)?.is_none() {
+            if self.lattice.cell_of(place - moved)?.is_none() {
                 return Ok(None);
             }
-            let next = self.lattice.rest_offset_at(place - by)?;
-            (gap, by) = ((next - by).amax(), next);
+            let next = self.lattice.rest_offset_at(place - moved)?;
+            (gap, moved) = ((next - moved).amax(), next);
         }
-        Ok((gap <= TOLERANCE * self.lattice.edge() && mesh.encloses(place - by)).then_some(by))
+        Ok((gap <= TOLERANCE * self.lattice.edge() && mesh.encloses(place - moved)).then_some(moved))
     }
 }

@@ -20,8 +20,8 @@ pub struct BladeLine {
 
 /// A blade in the rest shape of a body.
 pub struct RestBlade {
-    /// The edge of the blade, its ends moved by the displacements of the material there, m. Of a solid whose shape was kept it goes through the points of the skin
-    /// at rest where it goes into the skin and out of it.
+    /// The edge of the blade, its ends moved by the displacements of the material there, m. Of a solid whose shape was changed and
+    /// kept: the straight edge closest to where the edge is at rest, without what is far beside the body.
     pub blade: Blade,
     /// Points along the edge inside of the body, from tip to heel, m (k x 3).
     pub points: Vec<Vec3>,
@@ -86,22 +86,22 @@ impl BladeLine {
         let mut points = Vec::new();
         let (mut first, mut last, mut drift) = (None, Vec3::zeros(), None);
         let kept = KeptShape::of(body, lattice);
+        // Where nothing has moved from the settled shape, and where the search for the material begins.
+        let line = Blade { tip: self.tip, heel };
+        let start = kept.as_ref().map(|kept| kept.at_rest(&line)).transpose()?;
         for i in 0..count {
             let s = self.length * i as f64 / (count - 1) as f64;
             let now = self.tip + s * self.along;
+            let settled_at = start.map_or(now, |rest| rest.tip.lerp(&rest.heel, s / self.length));
             // For a body that has moved far, the iteration starts from the mean displacement of its nodes.
-            let mut moved = displacement_at(now, now, lattice, body)?;
+            let mut moved = displacement_at(now, settled_at, lattice, body)?;
             if moved.is_none() && lattice.is_whole() {
                 let drift = *drift.get_or_insert_with(|| mean_displacement(lattice, body));
                 moved = displacement_at(now, now - drift, lattice, body)?;
             }
-            let point = match (moved, &kept) {
-                (Some(u), _) => now - u,
-                (None, Some(kept)) => now - kept.displacement_near(now),
-                (None, None) => now,
-            };
+            let point = moved.map_or(settled_at, |u| now - u);
             if let Some(u) = moved {
-                // What was kept is seen to below.
+                // What moves the material from the settled shape.
                 let u = if kept.is_some() { u - lattice.rest_offset_at(point)? } else { u };
                 first.get_or_insert(u);
                 last = u;
@@ -110,8 +110,11 @@ impl BladeLine {
                 points.push(point);
             }
         }
-        let settled = Blade { tip: self.tip - first.unwrap_or_default(), heel: heel - last };
-        let blade = kept.map_or(Ok(settled), |kept| kept.at_rest(&settled))?;
+        let settled = Blade { tip: line.tip - first.unwrap_or_default(), heel: line.heel - last };
+        let blade = match kept {
+            Some(kept) => kept.shortened(&kept.at_rest(&settled)?),
+            None => settled,
+        };
         Ok(RestBlade { blade, points, tip: blade.tip, in_gap: false, rotation: Matrix3::identity() })
     }
 }
