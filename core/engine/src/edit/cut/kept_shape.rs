@@ -26,6 +26,8 @@ struct NearPoint {
 
 /// Number of places along a blade from which the nearest point of the skin is found.
 const PLACES: usize = 17;
+/// Largest distance of such a point from its place, in cell edges: with the weights below, farther ones count less than a thousandth of what the blade goes through.
+const REACH: f64 = 8.0;
 /// Distance from a blade at which a point has half the weight of one on it, in cell edges.
 const HALF_WEIGHT: f64 = 0.25;
 /// Spread of points along a blade below which they do not tell how it turns, in cell edges.
@@ -51,7 +53,10 @@ impl<'a> KeptShape<'a> {
     /// Returns the error of the grid plugin.
     pub fn at_rest(&self, blade: &Blade) -> Result<Blade, LatticeError> {
         let mut points = self.crossings(blade);
-        points.extend(self.beside(blade));
+        points.extend(self.beside(blade, PLACES, REACH * self.lattice.edge()));
+        if points.is_empty() {
+            points.extend(self.beside(blade, 1, f64::INFINITY));
+        }
         for (share, end) in [(0.0, blade.tip), (1.0, blade.heel)] {
             let inside = self.displacement_inside(end)?;
             points.extend(inside.map(|displacement| NearPoint { share, distance: 0.0, displacement }));
@@ -106,22 +111,22 @@ impl<'a> KeptShape<'a> {
         found
     }
 
-    /// Points of the skin that are nearest to places along a blade.
-    fn beside(&self, blade: &Blade) -> impl Iterator<Item = NearPoint> {
+    /// Points of the skin that are nearest to places along a blade, up to a distance from them (m).
+    fn beside(&self, blade: &Blade, places: usize, reach: f64) -> impl Iterator<Item = NearPoint> {
         let (way, [from, to]) = (blade.heel - blade.tip, self.range(blade));
-        (0..PLACES).filter_map(move |i| {
-            let place = blade.tip + (from + (to - from) * i as f64 / (PLACES - 1) as f64) * way;
-            let (point, displacement) = self.nearest(place)?;
+        (0..places).filter_map(move |i| {
+            let place = blade.tip + (from + (to - from) * (i as f64 + 0.5) / places as f64) * way;
+            let (point, displacement) = self.nearest(place, reach)?;
             let share = ((point - blade.tip).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
             Some(NearPoint { share, distance: (blade.tip + share * way - point).norm(), displacement })
         })
     }
 
-    /// The point of the skin nearest to a place of the settled shape (m), and its displacement, m.
-    fn nearest(&self, place: Vec3) -> Option<(Vec3, Vec3)> {
+    /// The point of the skin nearest to a place of the settled shape, and its displacement, m; `None` if it is farther than `reach` (m).
+    fn nearest(&self, place: Vec3, reach: f64) -> Option<(Vec3, Vec3)> {
         let (skin, model) = (&self.body.skin, &self.body.model);
         let NearestTriangle { triangle, bary } =
-            nearest_triangle(&skin.tree, model, &skin.settled, place, self.lattice.edge(), f64::INFINITY)?;
+            nearest_triangle(&skin.tree, model, &skin.settled, place, self.lattice.edge(), reach)?;
         let corners = model.surface.triangles[triangle as usize].map(|v| skin.settled[v as usize]);
         Some((interpolate(corners, bary), self.displacement_of(triangle, bary)))
     }
@@ -136,7 +141,8 @@ impl<'a> KeptShape<'a> {
     /// Displacement of the material at a place of the settled shape (m), m; `None` outside of the body and of its active cells.
     fn displacement_inside(&self, place: Vec3) -> Result<Option<Vec3>, LatticeError> {
         let Some(mesh) = &self.body.cut else { return Ok(None) };
-        let (mut moved, mut gap) = (self.nearest(place).map_or_else(Vec3::zeros, |(_, by)| by), f64::INFINITY);
+        let (mut moved, mut gap) =
+            (self.nearest(place, REACH * self.lattice.edge()).map_or_else(Vec3::zeros, |(_, by)| by), f64::INFINITY);
         for _ in 0..ITERATIONS {
             if self.lattice.cell_of(place - moved)?.is_none() {
                 return Ok(None);

@@ -111,9 +111,10 @@ impl BladeLine {
             }
         }
         let settled = Blade { tip: line.tip - first.unwrap_or_default(), heel: line.heel - last };
-        let blade = match kept {
-            Some(kept) => kept.shortened(&kept.at_rest(&settled)?),
-            None => settled,
+        let blade = match (kept, start) {
+            (Some(kept), Some(start)) if settled == line => kept.shortened(&start),
+            (Some(kept), _) => kept.shortened(&kept.at_rest(&settled)?),
+            (None, _) => settled,
         };
         Ok(RestBlade { blade, points, tip: blade.tip, in_gap: false, rotation: Matrix3::identity() })
     }
