@@ -14,6 +14,7 @@ mod mirrored_edits;
 mod painted_layers;
 mod painting;
 mod pinned_groups;
+mod pressed_places;
 mod repeated_cuts;
 mod sculpt_layers;
 mod stiffness_change;

@@ -1,5 +1,6 @@
 //! What has no effect is said: on standard error, in the JSON and in the summary, by a code; `--strict` makes it an error.
 
+use pliant_engine::edit::KINDS;
 use pliant_tests::models::CUBE;
 use pliant_tests::{Bench, Ran, box_scene, warning_codes as codes};
 
@@ -56,8 +57,24 @@ fn a_cut_that_cuts_nothing_is_told() {
 #[test]
 fn an_edit_that_meets_nothing_is_told() {
     let bench = Bench::new();
-    bench.write("scene.toml", box_scene("", "", "").replace("0.006]", "0.106]").replace("0.001]", "0.101]"));
-    assert_eq!(run(&bench), ["no-force"]);
+    let far = box_scene("", "", "").replace("0.006]", "0.106]").replace("0.001]", "0.101]");
+    for kind in KINDS.iter().filter(|kind| !kind.cuts()).map(|kind| kind.name()) {
+        bench.write("scene.toml", far.replace("\"touch\"", &format!("\"{kind}\"")));
+        assert_eq!(run(&bench), ["no-force"], "{kind}");
+    }
+}
+
+#[test]
+fn a_radius_that_cells_are_too_wide_for_is_told() {
+    let bench = Bench::new();
+    // An edge of a cell is 2.5 mm.
+    for (radius, said) in [("3 mm", &["small-radius"][..]), ("4 mm", &[])] {
+        let keys = format!("radius = \"{radius}\"\nsymmetry = \"x\"");
+        bench.write("scene.toml", box_scene("", "", &keys).replace("\"touch\"", "\"grow\""));
+        assert_eq!(run(&bench), said, "{radius}");
+    }
+    bench.write("scene.toml", box_scene("", "", "").replace("\"touch\"", "\"grow\"").replace("\"4 mm\"", "\"1 mm\""));
+    assert!(!run(&bench).contains(&"small-radius".to_owned()), "the default, 3 mm, asks for nothing");
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //! surface; constant over a closed surface, the forces add up to zero. The hand gets the negative sum of the forces.
 
 use super::brush::{Brush, BrushShape};
-use super::grip::GRIP_REACH;
+use super::carried_place::CarriedPlace;
 use super::key::{FALLOFF, Key, KeyName, RADIUS, Strength};
 use super::{Action, BodyPoint, EditKind, Step};
 use crate::body::{Body, Discretization, EmbeddedPoint, LatticeError};
@@ -65,7 +65,7 @@ impl EditKind for Pressure {
         Box::new(Pressing {
             shape: BrushShape::of(edit, tool),
             pressure: self.sign * edit.strength_or(PRESSURE),
-            at: None,
+            place: CarriedPlace::default(),
             brush: Brush::default(),
             force: Vec::new(),
         })
@@ -77,8 +77,8 @@ struct Pressing {
     shape: BrushShape,
     /// Pressure, Pa; positive outwards.
     pressure: f64,
-    /// Surface point closest to the hand.
-    at: Option<BodyPoint>,
+    /// Centre of the region under pressure.
+    place: CarriedPlace,
     brush: Brush,
     /// Force on each node, N (n x 3).
     force: Vec<Vec3>,
@@ -86,7 +86,7 @@ struct Pressing {
 
 impl Action for Pressing {
     fn contact(&self, _tool: &Tool) -> Option<BodyPoint> {
-        self.at
+        self.place.at()
     }
 
     fn extra_region_radius(&self, edge: f64) -> f64 {
@@ -97,13 +97,11 @@ impl Action for Pressing {
         &mut self,
         tool: &mut Tool,
         step: &mut Step<'_>,
-        _contact: Option<EmbeddedPoint>,
+        contact: Option<EmbeddedPoint>,
     ) -> Result<(), LatticeError> {
-        let hand = step.hand.position;
-        (tool.proxy.touch, tool.proxy.position) = (None, hand);
-        let near = tool.surface.nearest(step.bodies, step.moved, hand, GRIP_REACH * tool.proxy.radius())?;
-        self.at = near.map(|near| BodyPoint { body: near.body, rest: near.rest });
-        let Some(at) = self.at else { return Ok(()) };
+        (tool.proxy.touch, tool.proxy.position) = (None, step.hand.position);
+        let region = |edge| self.shape.radius_at(edge);
+        let Some(at) = self.place.follow(tool, step, contact, region)? else { return Ok(()) };
         let body = &mut step.bodies[at.body as usize];
         let EmbeddedPoint { now, settled } = body.embed_point(at.rest)?;
         tool.depth = (now - settled).norm();
@@ -123,7 +121,7 @@ impl Action for Pressing {
     }
 
     fn release(&mut self) {
-        self.at = None;
+        self.place.release();
     }
 }
 

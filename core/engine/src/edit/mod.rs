@@ -5,6 +5,7 @@
 //! use kinds through these traits alone.
 
 mod brush;
+mod carried_place;
 mod cut;
 mod flatten;
 mod flow;
@@ -25,6 +26,7 @@ mod touch;
 mod touch_by_law;
 mod touch_stroke;
 
+pub(crate) use brush::MIN_RADIUS_EDGES;
 pub use brush::{Brush, BrushShape, Falloff};
 pub use cut::{BladeEdge, CutAgain, CutStep, EdgeInside, HeldBody, STRIDE};
 pub(crate) use grip::GRIP_REACH;

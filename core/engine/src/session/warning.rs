@@ -39,7 +39,7 @@ pub enum WarningCode {
     MeetsNothing,
     /// A material takes fibre directions, and the scene gives none.
     NoFibres,
-    /// The hand felt no force during an edit.
+    /// The hand felt no force during an edit, which changed nothing.
     NoForce,
     /// A touch pressed a body but moved none of its vertices.
     MovesNoVertex,
@@ -49,6 +49,8 @@ pub enum WarningCode {
     OpenBody,
     /// A material gave a warning that is not about its elements.
     PluginWarning,
+    /// The radius of an edit is smaller than the cells of a body resolve.
+    SmallRadius,
     /// A grid was asked for continuous slopes, which its body cannot have.
     SmoothIgnored,
     /// A body starts inside of an obstacle.
@@ -77,6 +79,7 @@ impl WarningCode {
             Self::OnePart => "one-part",
             Self::OpenBody => "open-body",
             Self::PluginWarning => "plugin-warning",
+            Self::SmallRadius => "small-radius",
             Self::SmoothIgnored => "smooth-ignored",
             Self::StartsInside => "starts-inside",
         }
@@ -260,15 +263,16 @@ impl Session {
             });
         }
         let name = edit.kind.name();
-        if tally.force == 0.0 && !edit.kind.changes_body() {
+        let running = self.tools.iter().any(|slot| slot.edit == Some(index) && slot.tool.changed_body);
+        let has_changed = tally.has_changed || running;
+        if tally.force == 0.0 && !has_changed {
             let text = format!(
                 "the {name} of tool `{tool}` met nothing: the largest force in {} steps is 0 N; move the path towards a body",
                 tally.steps
             );
             return Some((WarningCode::NoForce, text));
         }
-        let running = self.tools.iter().any(|slot| slot.edit == Some(index) && slot.tool.changed_body);
-        if edit.kind.changes_body() && tally.force > 0.0 && !tally.has_changed && !running {
+        if edit.kind.changes_body() && !has_changed {
             let text = format!(
                 "the {name} of tool `{tool}` touched a body and changed nothing of it in {} steps; give it a larger `radius`, a longer time, or \
                  something to act on",
@@ -307,6 +311,7 @@ mod tests {
             MovesNoVertex,
             OpenBody,
             PluginWarning,
+            SmallRadius,
             SmoothIgnored,
             StartsInside,
         ] {

@@ -2,6 +2,7 @@
 
 mod body;
 mod devices;
+mod edit_radii;
 mod lattice;
 mod models;
 mod obstacles;

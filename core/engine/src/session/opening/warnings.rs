@@ -52,6 +52,7 @@ impl Session {
         found.extend(overlaps);
         found.extend(self.interactions.obstacles.opening_warnings(&self.bodies));
         found.extend(self.find_contact_law_warnings(scene, source));
+        found.extend(self.find_radius_warnings());
         self.warnings.opening = found;
         Ok(())
     }
