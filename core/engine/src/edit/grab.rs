@@ -1,7 +1,7 @@
 //! Grab: a soft region of a body follows the hand, its position and its orientation.
 
 use super::brush::BrushShape;
-use super::grip::Grip;
+use super::grip::Hold;
 use super::key::{FALLOFF, Key, KeyName, RADIUS};
 use super::region::CoupledRegion;
 use super::{Action, BodyPoint, EditKind, Step};
@@ -36,7 +36,7 @@ impl EditKind for Grab {
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
         let shape = BrushShape::of(edit, tool);
         let limit = edit.limit.unwrap_or(f64::INFINITY);
-        Box::new(Grabbing { limit, grip: None, region: CoupledRegion::new(shape, true) })
+        Box::new(Grabbing { limit, hold: Hold::default(), region: CoupledRegion::new(shape, true) })
     }
 }
 
@@ -44,13 +44,13 @@ impl EditKind for Grab {
 struct Grabbing {
     /// Force above which it lets go, N.
     limit: f64,
-    grip: Option<Grip>,
+    hold: Hold,
     region: CoupledRegion,
 }
 
 impl Action for Grabbing {
     fn contact(&self, _tool: &Tool) -> Option<BodyPoint> {
-        self.grip.map(|grip| grip.at)
+        self.hold.grip().map(|grip| grip.at)
     }
 
     fn extra_region_radius(&self, edge: f64) -> f64 {
@@ -58,7 +58,7 @@ impl Action for Grabbing {
     }
 
     fn is_gripping(&self) -> bool {
-        self.grip.is_some()
+        self.hold.grip().is_some()
     }
 
     fn renders_torque(&self) -> bool {
@@ -72,24 +72,20 @@ impl Action for Grabbing {
         _contact: Option<EmbeddedPoint>,
     ) -> Result<(), LatticeError> {
         tool.proxy.touch = None;
-        if self.grip.is_none() {
-            self.grip = Grip::take(tool, step)?;
-        }
-        let Some(grip) = self.grip else {
+        let Some(grip) = self.hold.take(tool, step)? else {
             tool.proxy.position = step.hand.position;
             return Ok(());
         };
         let body = &step.bodies[grip.at.body as usize];
         if self.region.follow(tool, step.hand, body, grip.at)? > self.limit {
-            tool.slipped += 1;
             self.release();
-            tool.release_to_hand(step.hand);
+            self.hold.let_go(tool, step);
         }
         Ok(())
     }
 
     fn release(&mut self) {
-        self.grip = None;
+        self.hold = Hold::Nothing;
         self.region.release();
     }
 }

@@ -34,3 +34,43 @@ impl Grip {
         }))
     }
 }
+
+/// What a hand holds in a stroke: once it has let go of a surface it takes hold of none until the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum Hold {
+    /// Nothing was in reach yet.
+    #[default]
+    Nothing,
+    /// A gripped point.
+    Held(Grip),
+    /// It has let go.
+    LetGo,
+}
+
+impl Hold {
+    /// The grip, if there is one.
+    pub fn grip(&self) -> Option<Grip> {
+        match self {
+            Self::Held(grip) => Some(*grip),
+            Self::Nothing | Self::LetGo => None,
+        }
+    }
+
+    /// The grip; where the hand has held nothing yet, that of the surface point closest to it, if one is within reach.
+    ///
+    /// # Errors
+    /// Returns the error of the grid plugin.
+    pub fn take(&mut self, tool: &mut Tool, step: &mut Step<'_>) -> Result<Option<Grip>, LatticeError> {
+        if *self == Self::Nothing {
+            *self = Grip::take(tool, step)?.map_or(Self::Nothing, Self::Held);
+        }
+        Ok(self.grip())
+    }
+
+    /// Lets go because the force is over the limit of the edit.
+    pub fn let_go(&mut self, tool: &mut Tool, step: &Step<'_>) {
+        *self = Self::LetGo;
+        tool.slipped += 1;
+        tool.release_to_hand(step.hand);
+    }
+}

@@ -4,7 +4,7 @@
 //! over a disc of three cells, or over the part of the body within the tool's radius if that is larger than 1.5 cells.
 
 use super::brush::{BrushShape, Falloff, MIN_RADIUS_EDGES};
-use super::grip::Grip;
+use super::grip::Hold;
 use super::key::{Key, KeyName};
 use super::region::CoupledRegion;
 use super::{Action, BodyPoint, EditKind, Step};
@@ -36,7 +36,7 @@ impl EditKind for Pull {
         let shape = BrushShape { radius: tool.proxy.radius(), falloff: Falloff::Sphere };
         Box::new(Pulling {
             limit: edit.limit.unwrap_or(LIMIT),
-            grip: None,
+            hold: Hold::default(),
             radius: shape.radius,
             region: CoupledRegion::new(shape, false),
         })
@@ -47,7 +47,7 @@ impl EditKind for Pull {
 struct Pulling {
     /// Force above which it lets go, N.
     limit: f64,
-    grip: Option<Grip>,
+    hold: Hold,
     /// Radius of the tool, m.
     radius: f64,
     /// The region it pulls if cells are finer than the tool.
@@ -60,19 +60,18 @@ const LIMIT: f64 = 3.0;
 impl Pulling {
     /// Lets go because the force exceeds the limit.
     fn let_go(&mut self, tool: &mut Tool, step: &Step<'_>) {
-        tool.slipped += 1;
         self.release();
-        tool.release_to_hand(step.hand);
+        self.hold.let_go(tool, step);
     }
 }
 
 impl Action for Pulling {
     fn contact(&self, _tool: &Tool) -> Option<BodyPoint> {
-        self.grip.map(|grip| grip.at)
+        self.hold.grip().map(|grip| grip.at)
     }
 
     fn is_gripping(&self) -> bool {
-        self.grip.is_some()
+        self.hold.grip().is_some()
     }
 
     fn follow(
@@ -82,11 +81,8 @@ impl Action for Pulling {
         contact: Option<EmbeddedPoint>,
     ) -> Result<(), LatticeError> {
         tool.proxy.touch = None;
-        if self.grip.is_none() {
-            self.grip = Grip::take(tool, step)?;
-        }
         let hand = step.hand.position;
-        let Some(grip) = self.grip else {
+        let Some(grip) = self.hold.take(tool, step)? else {
             tool.proxy.position = hand;
             return Ok(());
         };
@@ -110,7 +106,7 @@ impl Action for Pulling {
     }
 
     fn release(&mut self) {
-        self.grip = None;
+        self.hold = Hold::Nothing;
         self.region.release();
     }
 }

@@ -156,7 +156,10 @@ impl Session {
             }
             let slipped = slot.tool.slipped - lost;
             self.events.add_many(EventKind::GripLost, slipped, time, || {
-                format!("tool `{}`: it let go: its force was over the `limit` of its edit", slot.tool.name)
+                format!(
+                    "tool `{}`: it let go for the rest of its stroke: its force was over the `limit` of its edit",
+                    slot.tool.name
+                )
             });
             if let Some((body, param)) = slot.tool.refused_param.take() {
                 let why = super::fields::refusal(&self.bodies[body as usize], &param);
