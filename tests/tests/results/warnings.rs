@@ -73,6 +73,11 @@ fn a_radius_that_cells_are_too_wide_for_is_told() {
         bench.write("scene.toml", box_scene("", "", &keys).replace("\"touch\"", "\"grow\""));
         assert_eq!(run(&bench), said, "{radius}");
     }
+    let coarse = "\n[[body]]\nshape = { kind = \"box\", cells = 2, size = [0.04, 0.04, 0.04] }\nposition = [0.5, 0, 0]\n\
+                  material = { plugin = \"mass-spring\" }\ngrid = { level = 3 }";
+    let text = box_scene("", "", &format!("radius = \"4 mm\"{coarse}"));
+    bench.write("scene.toml", text.replace("\"touch\"", "\"grow\""));
+    assert!(!run(&bench).contains(&"small-radius".to_owned()), "another body, which the hand does not meet, is coarse");
     bench.write("scene.toml", box_scene("", "", "").replace("\"touch\"", "\"grow\"").replace("\"4 mm\"", "\"1 mm\""));
     assert!(!run(&bench).contains(&"small-radius".to_owned()), "the default, 3 mm, asks for nothing");
 }
