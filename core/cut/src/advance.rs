@@ -100,7 +100,7 @@ impl CutMesh {
                     if changed.is_empty() {
                         self.revert_step();
                     } else {
-                        self.commit_step([stroke.clone(), after.clone()]);
+                        self.commit_step();
                     }
                     *stroke = after;
                     return Ok(Advance {
@@ -297,7 +297,7 @@ impl CutMesh {
 
     /// Inserts the triangles from `first` into the tree and returns their end. The triangles they are pieces of keep their larger boxes until the
     /// advance succeeds.
-    fn index_triangles(&mut self, first: usize) -> usize {
+    pub(super) fn index_triangles(&mut self, first: usize) -> usize {
         for triangle in first as u32..self.surface.triangles.len() as u32 {
             self.tree.set(triangle, self.corners_of(triangle));
         }
@@ -305,7 +305,7 @@ impl CutMesh {
     }
 
     /// Shrinks the boxes of the old triangles that have become smaller.
-    fn refit(&mut self) {
+    pub(super) fn refit(&mut self) {
         for triangle in self.changed().0 {
             self.tree.set(triangle, self.corners_of(triangle));
         }

@@ -172,7 +172,7 @@ fn coincident_edges(mesh: &CutMesh, triangles: &[u32]) -> Vec<Vec<Vec<u32>>> {
 }
 
 /// Splits all triangles of an edge at its midpoint. Returns the changed and the new triangles.
-fn split_edge_ring(mesh: &mut CutMesh, class: &[u32], midpoint: u32) -> Vec<u32> {
+pub(super) fn split_edge_ring(mesh: &mut CutMesh, class: &[u32], midpoint: u32) -> Vec<u32> {
     let mut first = Vec::new(); // half-edges from the lower end
     let mut second = Vec::new();
     let mut triangles = Vec::new();
@@ -219,7 +219,7 @@ fn split_edge_ring(mesh: &mut CutMesh, class: &[u32], midpoint: u32) -> Vec<u32>
 }
 
 /// Replaces the half-edge `old` by `new` in the links of its edge.
-fn rename(mesh: &mut CutMesh, old: u32, new: u32) {
+pub(super) fn rename(mesh: &mut CutMesh, old: u32, new: u32) {
     let ring: Vec<u32> = mesh.around(old).map(|half| if half == old { new } else { half }).collect();
     mesh.link_around_edge(&ring);
 }

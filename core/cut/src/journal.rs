@@ -4,33 +4,31 @@
 //! the change, not of the mesh.
 
 use super::Vec3;
-use super::blade::Stroke;
 use super::mesh::CutMesh;
 use super::record::{Lengths, NONE, Origin, Step, Triangle};
 
 impl CutMesh {
-    /// Number of advances that can be undone.
+    /// Number of advances and refinements that can be undone.
     pub fn depth(&self) -> usize {
         self.journal.done.len()
     }
 
-    /// Number of advances that can be redone.
+    /// Number of advances and refinements that can be redone.
     pub fn undone(&self) -> usize {
         self.journal.undone.len()
     }
 
-    /// Undoes the last advance. Returns the stroke before it; `None` if there is nothing to undo.
-    pub fn undo(&mut self) -> Option<Stroke> {
-        let mut step = self.journal.done.pop()?;
+    /// Undoes the last advance or refinement. Returns whether there was one.
+    pub fn undo(&mut self) -> bool {
+        let Some(mut step) = self.journal.done.pop() else { return false };
         self.revert(&mut step);
-        let before = step.strokes.as_ref().map(|[before, _]| before.clone());
         self.journal.undone.push(step);
-        before
+        true
     }
 
-    /// Redoes the advance that was undone last. Returns the stroke after it; `None` if there is nothing to redo.
-    pub fn redo(&mut self) -> Option<Stroke> {
-        let mut step = self.journal.undone.pop()?;
+    /// Redoes what was undone last. Returns whether there was anything.
+    pub fn redo(&mut self) -> bool {
+        let Some(mut step) = self.journal.undone.pop() else { return false };
         for (point, origin) in step.tail.points.drain(..) {
             self.surface.points.push(point);
             self.origins.push(origin);
@@ -51,9 +49,8 @@ impl CutMesh {
         for (number, _) in &step.saved {
             self.tree.set(*number, self.corners_of(*number));
         }
-        let after = step.strokes.as_ref().map(|[_, after]| after.clone());
         self.journal.done.push(step);
-        after
+        true
     }
 
     /// Opens a step that records all following changes.
@@ -63,11 +60,8 @@ impl CutMesh {
     }
 
     /// Closes the open step as one that can be undone.
-    pub(super) fn commit_step(&mut self, strokes: [Stroke; 2]) {
+    pub(super) fn commit_step(&mut self) {
         self.journal.undone.clear();
-        if let Some(step) = self.journal.done.last_mut() {
-            step.strokes = Some(strokes);
-        }
     }
 
     /// Reverts and discards the open step.

@@ -1,7 +1,6 @@
 //! Records of the mesh: the origin of a vertex, a triangle with its attributes, and the changes of an advance.
 
 use super::Vec3;
-use super::blade::Stroke;
 
 /// Origin of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,10 +60,9 @@ pub(super) struct Journal {
 #[derive(Default)]
 pub(super) struct Step {
     pub before: Lengths,
-    pub pieces_of: Vec<u32>,          // the old triangle of each new one, or `NONE`
-    pub saved: Vec<(u32, Triangle)>,  // in the order of change; a triangle may come twice
-    pub tail: Tail,                   // empty while done
-    pub strokes: Option<[Stroke; 2]>, // before and after
+    pub pieces_of: Vec<u32>,         // the old triangle of each new one, or `NONE`
+    pub saved: Vec<(u32, Triangle)>, // in the order of change; a triangle may come twice
+    pub tail: Tail,                  // empty while done
 }
 
 #[derive(Clone, Copy, Default)]

@@ -6,6 +6,7 @@ mod exact;
 mod lagging;
 mod lids;
 mod random;
+mod refined;
 mod shared;
 mod through;
 mod turned;

@@ -11,6 +11,10 @@ use std::sync::Arc;
 
 /// Distance from a cap, in edges of a cell, at which the side of one of its vertices is evaluated.
 const CAP_OFFSET: f64 = 1e-6;
+/// The same for a vertex inside of a cap: the cap may have moved off the path of the blade by up to half of that when it was refined.
+const INNER_CAP_OFFSET: f64 = 0.02;
+/// Longest edge inside of a cut surface, in edges of a cell: dents are not finer, as they are those of the cells.
+const LONGEST_CAP_EDGE: f64 = 0.75;
 /// Largest distance along the surface, in edges of a cell, at which the side of any other vertex is evaluated.
 const SURFACE_OFFSET: f64 = 0.01;
 /// [`SURFACE_OFFSET`] of an open surface, where vertices close to a cut may have been snapped onto it.
@@ -80,6 +84,20 @@ impl Body {
 }
 
 impl Body {
+    /// After a cut: gives the cut surfaces of a solid vertices inside, so that they can be deformed like the surface around them.
+    ///
+    /// # Errors
+    /// Returns the error of the grid or material plugin.
+    pub(crate) fn refine_cut_surfaces(&mut self) -> Result<(), LatticeError> {
+        let (Some(mesh), Discretization::Lattice(lattice)) = (&mut self.cut, &self.discretization) else {
+            return Ok(());
+        };
+        match mesh.refine_cut_surfaces(LONGEST_CAP_EDGE * lattice.edge()) {
+            Some(refined) => self.take_cut(&refined),
+            None => Ok(()),
+        }
+    }
+
     /// After a cut: has the grid carry each part of a closed surface by a part of its own, where it can. What the blade has missed between voxels is parted by
     /// where they are, first in cells that it has cut and then in others where parts lie side by side, and points follow their part.
     ///
@@ -215,7 +233,9 @@ fn side_point(mesh: &CutMesh, model: &super::Model, vertex: u32, closed: bool, e
     }
     if count == 0.0 {
         let normal: Vec3 = around.map(|t| cross(&corners(t)).try_normalize(0.0).unwrap_or_default()).sum();
-        return place - CAP_OFFSET * edge * normal.try_normalize(1e-6).unwrap_or_default();
+        let is_inner = matches!(mesh.origin(vertex), Origin::Edge { .. });
+        let offset = if is_inner { INNER_CAP_OFFSET } else { CAP_OFFSET };
+        return place - offset * edge * normal.try_normalize(1e-6).unwrap_or_default();
     }
     let length = sum.norm();
     let limit = if closed { SURFACE_OFFSET } else { OPEN_SURFACE_OFFSET } * edge;

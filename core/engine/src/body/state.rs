@@ -81,8 +81,8 @@ impl Body {
         let mut moved = Vec::new();
         let known = self.model.surface.triangles.len();
         if let Some(mesh) = &mut self.cut {
-            while mesh.depth() > state.cuts && mesh.undo().is_some() {}
-            while mesh.depth() < state.cuts && mesh.redo().is_some() {}
+            while mesh.depth() > state.cuts && mesh.undo() {}
+            while mesh.depth() < state.cuts && mesh.redo() {}
             let pairs = self.model.surface.triangles.iter().zip(&mesh.surface().triangles);
             moved = pairs.enumerate().filter(|(_, (a, b))| a != b).map(|(t, _)| t as u32).collect();
             Arc::make_mut(&mut self.model).take_cut(mesh.surface(), &moved);

@@ -66,7 +66,7 @@ impl Session {
                 self.fix_layers(time);
             }
             if cut {
-                self.part_by_surface(time);
+                self.finish_cut_surfaces(time);
             }
             if cut && edit.splits {
                 self.split_cut_bodies();
@@ -78,10 +78,11 @@ impl Session {
         slot.tool.set_action(None);
     }
 
-    /// What a cut has parted in the surface is carried by parts of the grid of its own.
-    fn part_by_surface(&mut self, time: f64) {
+    /// Cut surfaces get vertices inside, and what a cut has parted in the surface is carried by parts of the grid of its own.
+    fn finish_cut_surfaces(&mut self, time: f64) {
         for index in 0..self.bodies.len() {
-            if let Err(error) = self.bodies[index].part_by_surface() {
+            let body = &mut self.bodies[index];
+            if let Err(error) = body.refine_cut_surfaces().and_then(|()| body.part_by_surface()) {
                 self.freeze(index, time, error.to_string());
             }
         }
