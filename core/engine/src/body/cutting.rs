@@ -11,8 +11,8 @@ use std::sync::Arc;
 
 /// Distance from a cap, in edges of a cell, at which the side of one of its vertices is evaluated.
 const CAP_OFFSET: f64 = 1e-6;
-/// The same for a vertex inside of a cap: the cap may have moved off the path of the blade by up to half of that when it was refined.
-const INNER_CAP_OFFSET: f64 = 0.02;
+/// The same for a vertex inside of a cap: the cap may have moved off the path of the blade by up to 0.75 of that when it was refined.
+const INNER_CAP_OFFSET: f64 = 0.05;
 /// Longest edge inside of a cut surface, in edges of a cell: dents are not finer, as they are those of the cells.
 const LONGEST_CAP_EDGE: f64 = 0.75;
 /// Largest distance along the surface, in edges of a cell, at which the side of any other vertex is evaluated.
