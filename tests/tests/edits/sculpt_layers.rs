@@ -297,6 +297,20 @@ fn every_refusal_is_told() {
     }
 }
 
+/// A full history keeps its length, so its counts do not tell that something was done.
+#[test]
+fn the_oldest_of_more_than_a_hundred_edits_is_forgotten_and_counted() {
+    let [mut session, ..] = bodies();
+    for done in 1..=103 {
+        add(&mut session, "layer");
+        let counts = HistoryCounts { done: done.min(100), undone: 0 };
+        assert_eq!((session.history(), session.edits_forgotten()), (counts, done.saturating_sub(100) as u64));
+    }
+    while session.undo() {}
+    assert_eq!(session.sculpt_layers().len(), 3, "those whose edits are forgotten stay");
+    assert_eq!(session.edits_forgotten(), 3);
+}
+
 /// What is refused or changes nothing ends no stroke, adds nothing to the history and leaves what can be redone.
 #[test]
 fn what_changes_nothing_does_nothing() {

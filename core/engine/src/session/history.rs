@@ -43,6 +43,8 @@ pub(super) struct History {
     under_way: Vec<(usize, SavedState)>,
     done: Vec<SavedState>,
     undone: Vec<SavedState>,
+    /// Number of edits that were dropped because there were more than [`MAX_UNDO`].
+    forgotten: u64,
     /// The sculpt layer whose strength was the last thing to change.
     strength_of: Option<u32>,
     /// Progress of the scene's own undos and redos.
@@ -116,6 +118,7 @@ impl History {
         self.done.push(before);
         let over = self.done.len().saturating_sub(MAX_UNDO);
         self.done.drain(..over);
+        self.forgotten += over as u64;
     }
 
     /// What was undone cannot be redone: something else changes.
@@ -213,6 +216,11 @@ impl Session {
     /// How many edits can be undone and redone.
     pub fn history(&self) -> HistoryCounts {
         self.editing.history.counts()
+    }
+
+    /// Number of edits that can no longer be undone because more than 100 came after them.
+    pub fn edits_forgotten(&self) -> u64 {
+        self.editing.history.forgotten
     }
 
     /// Number of edits among those that can be undone that have not ended yet.
