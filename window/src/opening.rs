@@ -52,6 +52,14 @@ pub struct OpenRequest {
     pub device: Option<DeviceRequest>,
 }
 
+/// Endings of the names of models and scenes.
+pub const MODEL_ENDINGS: [&str; 5] = ["obj", "msh", "vtk", "vtu", "toml"];
+
+/// Whether a file has the name of a model or a scene, in small or large letters.
+pub fn is_model_name(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| MODEL_ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known)))
+}
+
 /// The material a new model gets: soft enough for a hand, stiff enough to keep its shape.
 pub const DEFAULT_SOLID: usize = 1;
 /// Plugin of a material that flows.

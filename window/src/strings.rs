@@ -364,6 +364,42 @@ pub fn pointer_timings(pointer: &PointerLatency) -> String {
 
 /// Heading of the warnings.
 pub const WARNINGS: &str = "Warnings";
+/// Names of files, with commas between them.
+fn names(paths: &[impl AsRef<Path>]) -> String {
+    let name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    paths.iter().map(|path| name(path.as_ref())).collect::<Vec<_>>().join(", ")
+}
+
+/// None of the files that were dropped on the window can be opened.
+pub fn not_dropped(paths: &[impl AsRef<Path>]) -> String {
+    format!(
+        "{}: cannot be opened; allowed are models (.obj, .msh, .vtk, .vtu), scenes (.toml) and reference images (.png, .jpg, .jpeg)",
+        names(paths)
+    )
+}
+
+/// An image that was dropped while no model is open.
+pub fn image_without_model(path: &Path) -> String {
+    format!("{}: a reference image stands behind a model; open a model first", names(&[path]))
+}
+
+/// Files that were dropped together with the one that is opened.
+pub fn dropped_left_out(opened: &Path, left: &[&Path]) -> String {
+    format!(
+        "One file is opened at a time: {}. Left out: {}. MTL files and textures of a model are read from its folder.",
+        names(&[opened]),
+        names(left)
+    )
+}
+
+/// Where a file that is to be opened is not there.
+pub fn no_such_file(path: &Path) -> String {
+    match path.is_dir() {
+        true => format!("{}: a folder; allowed is a model or a scene", path.display()),
+        false => format!("{}: there is no such file", path.display()),
+    }
+}
+
 /// While a model is being opened.
 pub const OPENING: &str = "Opening";
 /// Without a model.

@@ -23,6 +23,8 @@ struct Stroke {
     path: PointerStroke,
     /// Mask of the button that is held.
     buttons: u32,
+    /// Whether it ends although its button may still be down.
+    has_let_go: bool,
     /// Time since it began, s.
     time: f64,
     /// Time until the button is pressed, s.
@@ -120,6 +122,7 @@ impl HandControl {
         self.stroke = Some(Stroke {
             path,
             buttons,
+            has_let_go: false,
             time: 0.0,
             arrival,
             finishing: 0.0,
@@ -175,6 +178,16 @@ impl HandControl {
             self.place = Some(place);
             place.glide_then_press(&mut self.hand, &self.device_frame, buttons, left);
         }
+    }
+
+    /// Lets go of the stroke under way, although its button may still be down.
+    pub fn let_go(&mut self) {
+        self.stroke.iter_mut().for_each(|stroke| stroke.has_let_go = true);
+    }
+
+    /// Whether the stroke under way was let go by [`Self::let_go`].
+    pub fn has_let_go(&self) -> bool {
+        self.stroke.as_ref().is_some_and(|stroke| stroke.has_let_go)
     }
 
     /// The stroke was let go `dt` (s) after the last call. It ends once the hand, which the simulation has at `hand` (m), has arrived: in slow

@@ -1,10 +1,10 @@
 //! Files, menus, shortcuts and questions.
 
 use super::App;
-use crate::opening::OpenRequest;
+use super::leaving::{Departure, Question};
+use crate::opening::{MODEL_ENDINGS, OpenRequest};
 use crate::recent::{add_recent_file, recent_files};
-use crate::reference::is_image;
-use crate::sim::{Abandoned, Command};
+use crate::sim::Command;
 use crate::strings;
 use eframe::egui::{self, Key, KeyboardShortcut, Modifiers, ViewportCommand};
 use pliant_mesh::TetMesh;
@@ -29,17 +29,6 @@ pub(super) enum Purpose {
     SaveSession,
     Export,
     Reference,
-}
-
-/// A question about shapes that have not been saved.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Question {
-    Quit,
-    Open(Box<OpenRequest>),
-    /// Not about strokes: whether to open the shape of a session that has ended without closing.
-    Recover(Abandoned),
-    /// Not about strokes: whether to write over a file that is not the one that is open.
-    Replace(PathBuf),
 }
 
 const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
@@ -193,19 +182,13 @@ impl App {
             Some(FileDialog { purpose, path: path.to_string_lossy().into_owned(), browsing: None, takes_keys: false });
     }
 
-    /// A file that was dropped on the window is opened; an image is shown behind the model that is open.
-    pub(super) fn dropped_files(&mut self, context: &egui::Context) {
-        let dropped = context.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_path_buf()));
-        if let Some(path) = dropped.clone().filter(|path| is_image(path) && self.model.is_some()) {
-            self.open_reference(&path);
-        } else if let Some(path) = dropped {
-            self.open_another(path);
+    /// Opens another file with the present settings, after the question about strokes that are not saved. The open model stays where there is no such file.
+    pub(super) fn open_another(&mut self, path: PathBuf) {
+        if !path.is_file() {
+            return self.fail(strings::no_such_file(&path));
         }
-    }
-
-    /// Opens another file with the present settings, after the question about strokes that are not saved.
-    fn open_another(&mut self, path: PathBuf) {
-        self.open_if_saved(OpenRequest { path, shape: None, unit: None, substance: None, ..self.request.clone() });
+        let request = OpenRequest { path, shape: None, unit: None, substance: None, ..self.request.clone() };
+        self.leave(Departure::Open { request: Box::new(request), recovered: None });
     }
 
     /// The files that were opened last.
@@ -230,21 +213,6 @@ impl App {
         match listed {
             Ok(files) => self.recent = files,
             Err(error) => self.tell(strings::recent_problem(&error)),
-        }
-    }
-
-    pub(super) fn open_if_saved(&mut self, request: OpenRequest) {
-        if self.is_unsaved() {
-            self.question = Some(Question::Open(Box::new(request)));
-        } else {
-            self.open(request);
-        }
-    }
-
-    pub(super) fn close_requests(&mut self, context: &egui::Context) {
-        if context.input(|input| input.viewport().close_requested()) && self.is_unsaved() {
-            context.send_viewport_cmd(ViewportCommand::CancelClose);
-            self.question = Some(Question::Quit);
         }
     }
 
@@ -328,60 +296,6 @@ impl App {
         }
     }
 
-    fn question_window(&mut self, context: &egui::Context) {
-        let Some(question) = self.question.take() else { return };
-        let (mut save, mut discard, mut cancel, mut recover) = (false, false, false, false);
-        let is_about_strokes = matches!(question, Question::Quit | Question::Open(_));
-        egui::Window::new("question").title_bar(false).anchor(egui::Align2::CENTER_CENTER, [0.0; 2]).show(
-            context,
-            |ui| {
-                match &question {
-                    Question::Recover(found) => ui.label(strings::recovery(found.path())),
-                    Question::Replace(path) => ui.label(strings::replace(path)),
-                    Question::Quit | Question::Open(_) => ui.label(strings::UNSAVED),
-                };
-                ui.horizontal(|ui| {
-                    recover = matches!(question, Question::Recover(_)) && ui.button(strings::RECOVER).clicked();
-                    save = is_about_strokes && ui.button(strings::SAVE).clicked();
-                    discard = ui
-                        .button(match question {
-                            Question::Recover(_) => strings::DISCARD_SHAPE,
-                            Question::Replace(_) => strings::REPLACE,
-                            Question::Quit | Question::Open(_) => strings::DISCARD,
-                        })
-                        .clicked();
-                    cancel = ui.button(strings::CANCEL).clicked() || ui.input(|input| input.key_pressed(Key::Escape));
-                });
-            },
-        );
-        if save {
-            self.asked_after_save = Some(question);
-            self.save();
-        } else if recover || discard {
-            self.answer(question, recover, context);
-        } else if cancel {
-            self.asked_after_save = None;
-        } else {
-            self.question = Some(question);
-        }
-    }
-
-    fn answer(&mut self, question: Question, recover: bool, context: &egui::Context) {
-        match question {
-            Question::Recover(found) if recover => {
-                self.open(found.request(&self.request));
-                self.recovered = Some(found);
-            }
-            Question::Recover(found) => found.discard(),
-            Question::Quit => {
-                self.saved_strokes = Some(self.status.edits);
-                context.send_viewport_cmd(ViewportCommand::Close);
-            }
-            Question::Open(request) => self.open(*request),
-            Question::Replace(path) => self.send(Command::Save { path, for_user: true }),
-        }
-    }
-
     /// Writes what is seen as `pliant-N.png` beside the model.
     fn save_picture(&mut self) {
         let folder = self.request.path.parent().map_or_else(PathBuf::new, PathBuf::from);
@@ -409,9 +323,7 @@ fn browse(purpose: Purpose, path: &str, context: egui::Context) -> Option<Receiv
             dialog = dialog.set_directory(folder);
         }
         let answer = match purpose {
-            Purpose::Open => {
-                dialog.add_filter(strings::MODELS_AND_SCENES, &["obj", "msh", "vtk", "vtu", "toml"]).pick_file()
-            }
+            Purpose::Open => dialog.add_filter(strings::MODELS_AND_SCENES, &MODEL_ENDINGS).pick_file(),
             Purpose::Reference => dialog.add_filter(strings::IMAGES, &["png", "jpg", "jpeg"]).pick_file(),
             Purpose::SaveAs | Purpose::SaveSession | Purpose::Export => {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -135,9 +135,9 @@ impl App {
     }
 
     fn change_layers(&mut self, command: SessionCommand) {
-        // Strengths right after each other are one stroke of the history, so its count does not tell. Which layer records changes no shape.
+        // Strengths right after each other are one stroke of the history, so its last number does not tell. Which layer records changes no shape.
         if !matches!(command, SessionCommand::RecordLayer { .. }) {
-            self.saved_strokes = None;
+            self.saved_shape = None;
         }
         if !matches!(command, SessionCommand::SetLayerStrength { .. } | SessionCommand::RecordLayer { .. }) {
             // Numbers of layers change.

@@ -108,7 +108,7 @@ impl App {
         if let (Some(ended), Ok(mut measured)) = (summary, self.measured.lock()) {
             *measured = Some(Measurement::new(*ended, Some(&self.times)));
         }
-        self.saved_strokes = Some(0);
+        self.may_close = true;
         self.context.send_viewport_cmd(egui::ViewportCommand::Close);
     }
 }

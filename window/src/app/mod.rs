@@ -1,12 +1,14 @@
 //! The window: what it shows, and what happens in it.
 
 mod device_panel;
+mod dropped;
 mod files;
 mod gauges;
 mod icons;
 mod key_pointer;
 mod key_presses;
 mod layers;
+mod leaving;
 mod log;
 mod measure;
 mod messages;
@@ -39,10 +41,11 @@ use crate::strings;
 use crate::tools::{ToolKind, ToolSettings};
 use crate::view::Camera;
 use eframe::egui;
-use files::{FileDialog, Question};
+use files::FileDialog;
 use gauges::{ForcePlot, FrameTimes};
 use key_pointer::KeyPointer;
 use layers::LayerPanel;
+use leaving::{Departure, Question};
 use measure::ScriptedStrokes;
 use model::Model;
 use pliant_editor::{DeviceChoice, LengthUnit};
@@ -74,6 +77,8 @@ pub struct App {
     pending: Arc<Mutex<PendingUploads>>,
     log: EventLog,
     request: OpenRequest,
+    /// The request of the model that was opened last.
+    opened: Option<OpenRequest>,
     simulation: Option<Simulation>,
     status: Status,
     model: Option<Model>,
@@ -88,12 +93,18 @@ pub struct App {
     recent: Vec<PathBuf>,
     /// File to which Save writes.
     save_path: Option<PathBuf>,
-    /// Number of strokes that the saved file has, and whether any was made or taken back since.
-    saved_strokes: Option<usize>,
+    /// The shape of the saved file, as in [`Status::shape`]; `None` of one that was never saved.
+    saved_shape: Option<u64>,
     /// What to open once the present shape is written.
     after_save: Option<OpenRequest>,
     /// What follows once the model is saved: the answer to a question was to save first.
-    asked_after_save: Option<Question>,
+    asked_after_save: Option<Departure>,
+    /// What waits until no stroke is under way.
+    leaving: Option<Departure>,
+    /// Whether the window closes when it is asked to: nothing is lost by it, or the user has said so.
+    may_close: bool,
+    /// Whether the button is still down that began a stroke which has ended without it.
+    is_press_spent: bool,
     /// The session whose shape is open, until it is saved or the window is closed.
     recovered: Option<Abandoned>,
     dialog: Option<FileDialog>,
@@ -154,6 +165,7 @@ impl App {
             pending: Arc::default(),
             log,
             request: OpenRequest::new(PathBuf::new()),
+            opened: None,
             simulation: None,
             status: Status::default(),
             model: None,
@@ -166,9 +178,12 @@ impl App {
             // What is wrong with the list is told when a file is opened.
             recent: state_folder().and_then(|folder| recent_files(&folder).ok()).unwrap_or_default(),
             save_path: None,
-            saved_strokes: Some(0),
+            saved_shape: Some(0),
             after_save: None,
             asked_after_save: None,
+            leaving: None,
+            may_close: false,
+            is_press_spent: false,
             recovered: None,
             dialog: None,
             question: None,

@@ -1,6 +1,7 @@
 //! The panels beside the picture: tools, view, material, history.
 
 use super::App;
+use super::leaving::Departure;
 use crate::gl::{Shading, Stereo, Wireframe};
 use crate::opening::OpenRequest;
 use crate::sim::Command;
@@ -330,7 +331,8 @@ impl App {
     pub(super) fn reopen(&mut self) {
         if self.model.as_ref().is_some_and(|model| model.facts.is_tetrahedral) {
             // The present places of the nodes inside are in no file that can be opened.
-            return self.open_if_saved(self.request.clone());
+            let request = Box::new(self.request.clone());
+            return self.leave(Departure::Open { request, recovered: None });
         }
         let folder = match tempfile::Builder::new().prefix("pliant-").tempdir() {
             Ok(folder) => folder,

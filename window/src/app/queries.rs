@@ -83,6 +83,6 @@ impl App {
 
     /// Whether there are strokes that have not been saved.
     pub fn is_unsaved(&self) -> bool {
-        self.saved_strokes.is_none()
+        self.saved_shape != Some(self.status.shape)
     }
 }

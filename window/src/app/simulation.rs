@@ -1,14 +1,12 @@
 //! The simulation behind the window: what is asked of it, and what it says.
 
 use super::App;
-use super::files::Question;
 use super::layers::LayerPanel;
 use super::model::Model;
 use super::timings::StartStage;
 use crate::opening::OpenRequest;
 use crate::sim::{Abandoned, Command, ModelFormat, Notice, Simulation, Status};
 use crate::strings;
-use eframe::egui;
 use pliant_editor::Substance;
 use std::path::PathBuf;
 
@@ -38,7 +36,8 @@ impl App {
         // The shape that is open may not be the one of the file.
         (self.stiffness, self.follows_stiffness) = (1.0, false);
         self.is_material_changed = false;
-        (self.error, self.saved_strokes) = (None, request.shape.is_none().then_some(0));
+        self.leaving = None;
+        (self.error, self.saved_shape) = (None, request.shape.is_none().then_some(0));
         let is_written = !request.is_scene() && !request.is_tetrahedral();
         self.save_path = is_written.then(|| request.path.clone());
         match started {
@@ -59,7 +58,7 @@ impl App {
     pub(super) fn listen(&mut self) {
         let Some(simulation) = &mut self.simulation else { return };
         let counts = |status: &Status| (status.done, status.begun, status.strokes.len());
-        let (before, was_at_rest, edits) = (counts(&self.status), self.status.is_at_rest, self.status.edits);
+        let (before, was_at_rest) = (counts(&self.status), self.status.is_at_rest);
         self.status = simulation.status().clone();
         for notice in simulation.notices() {
             self.take(notice);
@@ -70,9 +69,6 @@ impl App {
         let now @ (done, begun, all) = counts(&self.status);
         if before != now {
             self.log.event("history", &[("done", done.to_string()), ("undone", (all - begun).to_string())]);
-        }
-        if self.status.edits != edits {
-            self.saved_strokes = self.saved_strokes.filter(|saved| *saved == self.status.edits);
         }
         // An undo that is not done yet leaves the stiffness that was asked for last.
         if self.follows_stiffness {
@@ -105,20 +101,19 @@ impl App {
                 let is_solid = model.facts.taken_as == Some(Substance::Solid);
                 self.opened_young = is_solid.then_some(self.request.solid.young);
                 self.model = Some(model);
+                self.opened = Some(self.request.clone());
                 self.open_remembered_reference();
                 self.remember_opened();
                 self.resize_tool();
                 self.set_brush();
                 self.sent_symmetry = [false; 3];
             }
-            Notice::Failed(text) => {
-                self.model = None;
-                self.fail(text);
-            }
-            Notice::Saved { path, for_user, problems } => {
-                self.saved(path, for_user);
+            Notice::Failed(text) => self.take_failure(text),
+            Notice::Saved { path, for_user, shape, problems } => {
+                self.saved(path, for_user, shape);
                 problems.into_iter().for_each(|problem| self.tell(problem));
             }
+            Notice::Shape(shape) => self.take_shape(shape),
             Notice::NotSaved(text) => {
                 (self.after_save, self.asked_after_save) = (None, None);
                 self.fail(text);
@@ -136,8 +131,34 @@ impl App {
         }
     }
 
+    /// The model cannot be opened, or goes no further.
+    fn take_failure(&mut self, text: String) {
+        let was_opening = self.model.take().is_none();
+        (self.leaving, self.asked_after_save) = (None, None);
+        if let Some(before) = self.opened.take().filter(|_| was_opening) {
+            self.open_again(before);
+        } else {
+            // Nothing is left that could be saved. Autosave has the last shape, and the next start offers it; so it does with one that could not be recovered.
+            (self.saved_shape, self.recovered) = (Some(self.status.shape), None);
+        }
+        self.fail(text);
+    }
+
+    /// Opens the model again that was open before one that cannot be opened: in its material with the present shape, if that was to be opened in another material.
+    fn open_again(&mut self, before: OpenRequest) {
+        if before.path == self.request.path {
+            let (shape, target) = (self.request.shape.clone(), self.save_path.clone());
+            self.open(OpenRequest { shape, ..before });
+            self.save_path = target;
+        } else {
+            self.recovered = None;
+            // What it had of strokes was saved or given up.
+            self.open(OpenRequest { shape: None, ..before });
+        }
+    }
+
     /// The model was written: `for_user` says whether to the file of the user or to open it in another material.
-    fn saved(&mut self, path: PathBuf, for_user: bool) {
+    fn saved(&mut self, path: PathBuf, for_user: bool, shape: u64) {
         if for_user {
             self.log.event("saved", &[("path", path.display().to_string())]);
             self.tell(strings::model_saved(&path));
@@ -146,13 +167,12 @@ impl App {
                 self.asked_after_save = None;
                 return;
             }
-            self.saved_strokes = Some(self.status.edits);
+            // The status may come later.
+            (self.status.shape, self.saved_shape) = (shape, Some(shape));
             self.recovered.take().into_iter().for_each(Abandoned::discard);
             self.save_path = Some(path);
-            match self.asked_after_save.take() {
-                Some(Question::Quit) => self.context.send_viewport_cmd(egui::ViewportCommand::Close),
-                Some(Question::Open(request)) => self.open(*request),
-                Some(Question::Recover(_) | Question::Replace(_)) | None => {}
+            if let Some(departure) = self.asked_after_save.take() {
+                self.leave(departure);
             }
         } else if let Some(request) = self.after_save.take() {
             let (target, is_same) = (self.save_path.clone(), request.path == self.request.path);

@@ -116,7 +116,7 @@ impl App {
             }
         } else if response.dragged_by(PointerButton::Secondary) {
             Some(Navigation::Pan)
-        } else if response.dragged_by(PointerButton::Primary) && !is_busy {
+        } else if response.dragged_by(PointerButton::Primary) && !is_busy && !self.is_press_spent {
             Some(if modifiers.shift { Navigation::Pan } else { Navigation::Orbit })
         } else {
             None
@@ -166,6 +166,7 @@ impl App {
         let frame = Frame { rect, camera: &self.camera };
         let latest = self.keys.at().or(ui.input(|input| input.pointer.latest_pos()));
         let is_down = self.keys.is_down() || ui.input(|input| input.pointer.primary_down());
+        self.is_press_spent &= is_down;
         // A stroke goes on beside the picture.
         let at = if model.hand.is_busy() { latest } else { pointer };
         let ray = at.map(|at| pointer_ray(self.camera.ray(frame.place(at), frame.aspect())));
@@ -177,7 +178,7 @@ impl App {
         }
         if model.hand.is_busy() {
             // The pointer may have come to where the button was let go since the last frame.
-            if is_down || ui.input(|input| input.pointer.primary_released()) {
+            if !model.hand.has_let_go() && (is_down || ui.input(|input| input.pointer.primary_released())) {
                 if let Some(ray) = ray {
                     model.hand.follow(ray, hit.map(|picked| picked.hit.at));
                 }

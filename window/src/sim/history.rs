@@ -35,6 +35,9 @@ pub struct StrokeLog {
     number: u64,
     /// Number of the last stroke of the pointer.
     stroke: u64,
+    /// Number of edits that the session can no longer take back, and of the last stroke among them.
+    forgotten: u64,
+    oldest: u64,
 }
 
 impl StrokeLog {
@@ -96,10 +99,12 @@ impl StrokeLog {
         }
     }
 
-    /// Takes over the counts of edits of the session, at `time` (s). Returns whether they differ from the last ones.
-    pub fn update(&mut self, edits: HistoryCounts, time: f64) -> bool {
+    /// Takes over the counts of edits of the session at `time` (s), and the number of those that it can no longer take back. Returns whether anything
+    /// differs from the last ones.
+    pub fn update(&mut self, edits: HistoryCounts, forgotten: u64, time: f64) -> bool {
         let HistoryCounts { done, undone } = edits;
-        let before = (self.done, self.strokes.len());
+        let before = (self.forgotten, self.done, self.strokes.len());
+        self.forget(forgotten);
         let present = self.edits();
         if done > present && undone == 0 {
             // New strokes; those that were taken back are gone.
@@ -108,7 +113,7 @@ impl StrokeLog {
             self.strokes.extend(std::iter::repeat_n(stroke, done - present));
             self.done = self.strokes.len();
         } else if done + undone < self.strokes.iter().filter(|stroke| stroke.stiffness.is_none()).count() {
-            // A stroke that has changed nothing, or the oldest of a full history.
+            // A stroke that has changed nothing.
             let mut left = done + undone;
             self.strokes.retain(|stroke| {
                 let is_kept = stroke.stiffness.is_some() || left > 0;
@@ -119,7 +124,18 @@ impl StrokeLog {
         } else if done != present {
             self.done = self.place_of(done);
         }
-        before != (self.done, self.strokes.len())
+        before != (self.forgotten, self.done, self.strokes.len())
+    }
+
+    /// Removes the oldest edits until `forgotten` have gone since the beginning.
+    fn forget(&mut self, forgotten: u64) {
+        while self.forgotten < forgotten {
+            self.forgotten += 1;
+            if let Some(place) = self.strokes.iter().position(|stroke| stroke.stiffness.is_none()) {
+                self.oldest = self.strokes.remove(place).number;
+                self.done -= usize::from(place < self.done);
+            }
+        }
     }
 
     /// The place after so many edits of the session, and after the changes of the stiffness behind them that were there.
@@ -152,9 +168,16 @@ impl StrokeLog {
         self.done
     }
 
-    /// How many of those that are there are edits of the session: what a saved file may lack.
+    /// How many of those that are there are edits of the session.
     pub fn edits(&self) -> usize {
         self.strokes[..self.done].iter().filter(|stroke| stroke.stiffness.is_none()).count()
+    }
+
+    /// The present shape: the number of the last stroke that has edited it, 0 as it was opened. An undo and another stroke make another shape, however many
+    /// strokes it has.
+    pub fn shape(&self) -> u64 {
+        let last = self.strokes[..self.done].iter().rfind(|stroke| stroke.stiffness.is_none());
+        last.map_or(self.oldest, |stroke| stroke.number)
     }
 }
 #[cfg(test)]
@@ -174,26 +197,26 @@ mod tests {
         let mut log = StrokeLog::default();
         for (name, count) in [("press", 1), ("pull", 2), ("knife", 3)] {
             log.begin(name);
-            assert!(log.update(edits(count, 0), 1.0));
+            assert!(log.update(edits(count, 0), 0, 1.0));
         }
-        assert!(!log.update(edits(3, 0), 2.0));
-        assert!(log.update(edits(2, 1), 3.0) && log.update(edits(1, 2), 3.0));
+        assert!(!log.update(edits(3, 0), 0, 2.0));
+        assert!(log.update(edits(2, 1), 0, 3.0) && log.update(edits(1, 2), 0, 3.0));
         assert_eq!((names(&log), log.done()), (vec!["press", "pull", "knife"], 1));
-        assert!(log.update(edits(2, 1), 4.0));
+        assert!(log.update(edits(2, 1), 0, 4.0));
         assert_eq!(log.done(), 2);
         log.begin("grab");
-        log.update(edits(3, 0), 5.0);
+        log.update(edits(3, 0), 0, 5.0);
         assert_eq!((names(&log), log.done()), (vec!["press", "pull", "grab"], 3));
         // Two strokes of the session that belong to one of the pointer are taken back and made again together.
         log.begin("mirrored");
-        log.update(edits(5, 0), 5.5);
+        log.update(edits(5, 0), 0, 5.5);
         assert_eq!((log.count_before(), log.count_after()), (3, 5));
-        log.update(edits(3, 2), 5.6);
+        log.update(edits(3, 2), 0, 5.6);
         assert_eq!((log.count_before(), log.count_after()), (2, 5));
         // A stroke under way counts, and no longer if it has changed nothing.
         log.begin("touch");
-        log.update(edits(4, 0), 6.0);
-        log.update(edits(3, 0), 7.0);
+        log.update(edits(4, 0), 0, 6.0);
+        log.update(edits(3, 0), 0, 7.0);
         assert_eq!((names(&log), log.done()), (vec!["press", "pull", "grab"], 3));
     }
 
@@ -201,15 +224,57 @@ mod tests {
     fn a_stroke_under_way_is_there_and_has_not_ended() {
         let mut log = StrokeLog::default();
         log.begin("press");
-        log.update(edits(1, 0), 1.0);
+        log.update(edits(1, 0), 0, 1.0);
         assert_eq!((log.done(), log.ended(true), log.ended(false)), (1, 0, 1));
         // Of several edits, and with a change of the stiffness while they go on.
         log.begin("cut");
-        log.update(edits(3, 0), 2.0);
+        log.update(edits(3, 0), 0, 2.0);
         log.change_stiffness("stiffness", [1.0, 2.0], 2.5);
         assert_eq!((log.done(), log.ended(true), log.ended(false)), (4, 2, 4));
         log.begin("press");
         assert_eq!((log.done(), log.ended(true)), (4, 4), "it has changed nothing yet");
+    }
+
+    /// The session of a full history drops its oldest edit for each new one, so its counts stay as they are.
+    #[test]
+    fn the_oldest_stroke_of_a_full_history_goes_and_the_newest_stays() {
+        let mut log = StrokeLog::default();
+        for (name, count) in [("press", 1), ("pull", 2)] {
+            log.begin(name);
+            log.update(edits(count, 0), 0, 1.0);
+        }
+        let saved = log.shape();
+        // A stroke that ends between two calls, then one that is seen while it is under way.
+        log.begin("grab");
+        assert!(log.update(edits(2, 0), 1, 2.0));
+        assert_eq!((names(&log), log.done()), (vec!["pull", "grab"], 2));
+        assert_ne!(log.shape(), saved);
+        log.begin("cut");
+        assert!(log.update(edits(3, 0), 1, 3.0) && log.update(edits(2, 0), 2, 4.0));
+        assert_eq!((names(&log), log.done()), (vec!["grab", "cut"], 2));
+        // All that is left is taken back: the saved shape was the one after the second stroke, which is among those that are forgotten.
+        log.update(edits(0, 2), 2, 5.0);
+        assert_eq!((log.done(), log.shape()), (0, saved));
+    }
+
+    #[test]
+    fn a_shape_is_known_again_after_undo_and_redo_but_not_by_the_number_of_strokes() {
+        let mut log = StrokeLog::default();
+        log.begin("press");
+        log.update(edits(1, 0), 0, 1.0);
+        let pressed = log.shape();
+        log.change_stiffness("stiffness", [1.0, 2.0], 1.5);
+        assert_eq!(log.shape(), pressed, "stiffness is no shape");
+        let go_to = |log: &mut StrokeLog, count| while log.step_to(count).is_some() {};
+        go_to(&mut log, 0);
+        assert_eq!(log.shape(), 0);
+        go_to(&mut log, 2);
+        assert_eq!(log.shape(), pressed);
+        go_to(&mut log, 0);
+        log.update(edits(0, 1), 0, 4.0);
+        log.begin("pull");
+        log.update(edits(1, 0), 0, 5.0);
+        assert_ne!(log.shape(), pressed);
     }
 
     /// Does what a session would do for the steps towards `count` entries: counts of edits, and the stiffness.
@@ -221,7 +286,7 @@ mod tests {
                 HistoryStep::Stiffness(factor) => *stiffness = factor,
             }
         }
-        assert!(!log.update(edits(session[0], session[1]), 99.0), "the log knew it");
+        assert!(!log.update(edits(session[0], session[1]), 0, 99.0), "the log knew it");
     }
 
     /// Random strokes, changes of the stiffness, undo and redo, beside a plain list of states.
@@ -240,7 +305,7 @@ mod tests {
                 0 => {
                     log.begin("press");
                     session = [session[0] + 1, 0];
-                    assert!(log.update(edits(session[0], 0), f64::from(round)));
+                    assert!(log.update(edits(session[0], 0), 0, f64::from(round)));
                     states.truncate(log.done());
                     states.push((session, stiffness));
                 }

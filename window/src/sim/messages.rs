@@ -42,13 +42,15 @@ pub enum Command {
         /// A triangle of the part that leaves it; `None` if each part does.
         triangle: Option<u32>,
     },
-    /// Write the model to a file.
+    /// Write the model to a file, once no stroke is under way.
     Save {
         /// Path of the model or scene.
         path: PathBuf,
         /// Whether it is the user's file, and not one to open the present shape from.
         for_user: bool,
     },
+    /// Say what shape the model has, once no stroke is under way.
+    ReportShape,
     /// Write what was done by hand as a recording.
     SaveSession {
         /// Path of the recording.
@@ -92,9 +94,13 @@ pub enum Notice {
         path: PathBuf,
         /// As asked for.
         for_user: bool,
+        /// The shape that was written, as in [`Status::shape`].
+        shape: u64,
         /// Sentences on materials and textures that an exported file lacks.
         problems: Vec<String>,
     },
+    /// No stroke is under way, and the model has this shape, as in [`Status::shape`].
+    Shape(u64),
     /// The model was not written; a sentence why.
     NotSaved(String),
     /// The device that was to have the hand cannot have it; a sentence why. The pointer has it.
@@ -125,8 +131,8 @@ pub struct Status {
     pub begun: usize,
     /// How many of those have ended.
     pub done: usize,
-    /// How many of those that are there are edits of the shape.
-    pub edits: usize,
+    /// The present shape: the number of the last stroke that has edited it, 0 as it was opened.
+    pub shape: u64,
     /// Whether no stroke is under way and nothing moves.
     pub is_at_rest: bool,
     /// The stiffness over that at the opening, and where it goes.

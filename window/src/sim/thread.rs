@@ -93,6 +93,8 @@ fn work(
     let (mut in_stroke, mut warnings, mut told) = (false, session.warnings(), Status::default());
     let mut was_at_rest = false;
     let mut pending = VecDeque::new();
+    // What is asked for while a stroke is under way, and done when it has ended.
+    let mut after_stroke = VecDeque::new();
     while live.is_alive() {
         let samples = live.step_after(&mut session, |session| {
             pending.extend(commands.try_iter());
@@ -136,7 +138,7 @@ fn work(
                     autosave.end_stroke(now);
                 }
                 Command::Undo => {
-                    changed |= log.update(session.history(), now);
+                    changed |= log.update(session.history(), session.edits_forgotten(), now);
                     let count = log.count_before();
                     let has_gone = go_to(&mut session, &mut session_file, &mut log, count);
                     changed |= has_gone;
@@ -145,7 +147,7 @@ fn work(
                     }
                 }
                 Command::Redo => {
-                    changed |= log.update(session.history(), now);
+                    changed |= log.update(session.history(), session.edits_forgotten(), now);
                     let count = log.count_after();
                     let has_gone = go_to(&mut session, &mut session_file, &mut log, count);
                     changed |= has_gone;
@@ -154,12 +156,12 @@ fn work(
                     }
                 }
                 Command::JumpTo(count) => {
-                    changed |= log.update(session.history(), now);
+                    changed |= log.update(session.history(), session.edits_forgotten(), now);
                     changed |= go_to(&mut session, &mut session_file, &mut log, count);
                 }
                 Command::ChangeBrush(setting) => _ = session_file.apply(&mut session, setting),
                 Command::SetStiffness { factor } => {
-                    changed |= log.update(session.history(), now);
+                    changed |= log.update(session.history(), session.edits_forgotten(), now);
                     let before = session.stiffness().wanted;
                     if session_file.apply(&mut session, SessionCommand::SetStiffness { factor }) {
                         log.change_stiffness(strings::HISTORY_STIFFNESS, [before, session.stiffness().wanted], now);
@@ -167,7 +169,7 @@ fn work(
                     }
                 }
                 Command::ChangeLayers(command) => {
-                    changed |= log.update(session.history(), now);
+                    changed |= log.update(session.history(), session.edits_forgotten(), now);
                     log.begin(layer_change(&command));
                     if session_file.apply(&mut session, command) {
                         autosave.need(now);
@@ -176,16 +178,23 @@ fn work(
                     reported = f64::NEG_INFINITY;
                 }
                 Command::Split { body, triangle } => {
-                    changed |= log.update(session.history(), now);
+                    changed |= log.update(session.history(), session.edits_forgotten(), now);
                     log.begin(strings::HISTORY_SPLIT);
                     if session_file.apply(&mut session, SessionCommand::SplitBody { body, triangle }) {
                         autosave.need(now);
                     }
                     reported = f64::NEG_INFINITY;
                 }
+                Command::Save { .. } | Command::ReportShape if in_stroke || session.edits_under_way() > 0 => {
+                    after_stroke.push_back(command);
+                }
                 Command::Save { path, for_user } => {
-                    let materials = request.material_folder();
-                    notifier.send(save(&mut session, &cap_material, materials, path, for_user));
+                    changed |= log.update(session.history(), session.edits_forgotten(), now);
+                    notifier.send(save(&mut session, request, &cap_material, path, for_user, log.shape()));
+                }
+                Command::ReportShape => {
+                    changed |= log.update(session.history(), session.edits_forgotten(), now);
+                    notifier.send(Notice::Shape(log.shape()));
                 }
                 Command::SaveSession { path } => session_path = Some(path),
                 Command::HandOver => {
@@ -203,7 +212,7 @@ fn work(
             }
         }
         gauges.step(session.frame().seconds);
-        changed |= log.update(session.history(), now);
+        changed |= log.update(session.history(), session.edits_forgotten(), now);
         if changed {
             autosave.need(now);
         }
@@ -217,6 +226,10 @@ fn work(
             }
         }
         let is_under_way = in_stroke || session.edits_under_way() > 0;
+        if !is_under_way {
+            // They come before what is asked for from now on.
+            pending.append(&mut after_stroke);
+        }
         let is_at_rest = !is_under_way && session.is_at_rest();
         changed |= std::mem::replace(&mut was_at_rest, is_at_rest) != is_at_rest;
         if changed || now >= reported + REPORT_PERIOD {
@@ -233,7 +246,7 @@ fn work(
                 strokes,
                 begun: log.done(),
                 done: log.ended(is_under_way),
-                edits: log.edits(),
+                shape: log.shape(),
                 is_at_rest,
                 stiffness: session.stiffness(),
                 layers: session.sculpt_layers(),
@@ -403,16 +416,23 @@ fn save_session(session_file: &mut SessionFile, session: &Session, path: &Path) 
     }
 }
 
-/// Writes every body that moves: the first to `path`, others beside it with their names added.
-fn save(session: &mut Session, cap_material: &str, materials: Option<&Path>, path: PathBuf, for_user: bool) -> Notice {
+/// Writes every body that moves: the first to `path`, others beside it with their names added. `shape`: the shape that is written.
+fn save(
+    session: &mut Session,
+    request: &OpenRequest,
+    cap_material: &str,
+    path: PathBuf,
+    for_user: bool,
+    shape: u64,
+) -> Notice {
     session.update_surface();
     // What is opened again is one file: with all bodies, as after a split.
     let written = match for_user {
-        true => write_bodies(session, cap_material, materials, &path),
+        true => write_bodies(session, cap_material, request.material_folder(), &path),
         false => write_together(session, cap_material, &path).map(|()| Vec::new()),
     };
     match written {
-        Ok(problems) => Notice::Saved { path, for_user, problems },
+        Ok(problems) => Notice::Saved { path, for_user, shape, problems },
         Err(error) => Notice::NotSaved(error.to_string()),
     }
 }

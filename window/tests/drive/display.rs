@@ -3,6 +3,9 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+use x11rb::CURRENT_TIME;
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{AtomEnum, ClientMessageEvent, ConnectionExt, EventMask};
 
 /// Longest time that anything is waited for.
 pub const PATIENCE: Duration = Duration::from_secs(120);
@@ -44,6 +47,22 @@ impl Display {
         while !Command::new("xdotool").env("DISPLAY", &self.name).args(search).output().unwrap().status.success() {
             assert!(began.elapsed() < PATIENCE, "the window takes no focus");
             std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+
+    /// Asks the program to close its window, as the button of a window manager does.
+    pub fn close_window(&self) {
+        let (server, screen) = x11rb::connect(Some(&self.name)).unwrap();
+        let root = server.setup().roots[screen].root;
+        let atom = |name: &[u8]| server.intern_atom(false, name).unwrap().reply().unwrap().atom;
+        let [protocols, delete] = [&b"WM_PROTOCOLS"[..], b"WM_DELETE_WINDOW"].map(atom);
+        // There is no window manager, so the window of the program is a child of the root.
+        for window in server.query_tree(root).unwrap().reply().unwrap().children {
+            let known = server.get_property(false, window, protocols, AtomEnum::ATOM, 0, 64).unwrap().reply().unwrap();
+            if known.value32().is_some_and(|mut known| known.any(|protocol| protocol == delete)) {
+                let message = ClientMessageEvent::new(32, window, protocols, [delete, CURRENT_TIME, 0, 0, 0]);
+                server.send_event(false, window, EventMask::NO_EVENT, message).unwrap().check().unwrap();
+            }
         }
     }
 

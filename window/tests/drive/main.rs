@@ -3,6 +3,7 @@
 mod cut;
 mod display;
 mod edit;
+mod leaving;
 mod models;
 mod recovery;
 mod start;

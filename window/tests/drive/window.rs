@@ -112,8 +112,13 @@ impl Window {
         std::fs::read(model).unwrap()
     }
 
-    pub fn close(mut self, display: &Display) {
+    pub fn close(self, display: &Display) {
         display.key("ctrl+q");
+        self.wait_for_end();
+    }
+
+    /// Waits until the program has closed its window and ended.
+    pub fn wait_for_end(mut self) {
         let began = Instant::now();
         while self.program.try_wait().unwrap().is_none() {
             assert!(began.elapsed() < PATIENCE, "it does not close");

@@ -5,6 +5,8 @@ mod common;
 
 mod camera;
 mod controls;
+mod dropping;
+mod leaving;
 mod opening;
 mod painting;
 mod reference_image;
