@@ -14,6 +14,7 @@ pub use split::DrawnVertex;
 
 use adjacency::Adjacency;
 use cut_normals::{KeptNormal, ShownBefore};
+use normals::Facet;
 use pliant_engine::body::TriangleLook;
 use pliant_live::{BodyTopology, BodyView, TopologyPatch};
 use pliant_solver::Vec3;
@@ -36,6 +37,8 @@ pub struct ViewSurface {
     /// Tint of each mesh vertex: what is pinned or painted there (n).
     tints: Vec<f32>,
     triangles: Vec<Option<TriangleLook>>,
+    /// Normal and angles of each triangle, for the places that `refresh` has seen last.
+    facets: Vec<Facet>,
     around: Adjacency,
     /// Drawn vertices of a mesh vertex: `drawn[first..first + count]` (n).
     span_of: Vec<(u32, u32)>,
@@ -53,6 +56,9 @@ pub struct ViewSurface {
     /// Vertices whose normals must be updated, each once.
     dirty: Vec<u32>,
     is_dirty: Vec<bool>,
+    /// Triangles whose facets must be updated, each once.
+    stale: Vec<u32>,
+    is_stale: Vec<bool>,
 }
 
 /// Changes of the drawn surface by a frame.
@@ -91,6 +97,9 @@ impl ViewSurface {
             tints: vec![0.0; count],
             around: Adjacency::new(count, &triangles),
             corners: vec![[0; 3]; triangles.len()],
+            facets: vec![Facet::default(); triangles.len()],
+            stale: Vec::new(),
+            is_stale: vec![false; triangles.len()],
             triangles,
             span_of: vec![(0, 0); count],
             drawn: Vec::with_capacity(count),
@@ -105,6 +114,9 @@ impl ViewSurface {
             surface.split(vertex);
         }
         surface.normals = vec![[0.0; 3]; surface.drawn.len()];
+        for triangle in 0..surface.triangles.len() as u32 {
+            surface.update_facet(triangle);
+        }
         for vertex in 0..count as u32 {
             surface.update_normals(vertex);
         }
@@ -221,10 +233,18 @@ impl ViewSurface {
             self.mark(vertex);
             for place in 0..self.around.of(vertex).len() {
                 let triangle = self.around.of(vertex)[place];
+                if std::mem::replace(&mut self.is_stale[triangle as usize], true) {
+                    continue;
+                }
+                self.stale.push(triangle);
                 if let Some(look) = self.triangles[triangle as usize] {
                     look.corners.iter().for_each(|corner| self.mark(*corner));
                 }
             }
+        }
+        for triangle in std::mem::take(&mut self.stale) {
+            self.is_stale[triangle as usize] = false;
+            self.update_facet(triangle);
         }
         let mut dirty = std::mem::take(&mut self.dirty);
         dirty.sort_unstable();
@@ -272,6 +292,8 @@ impl ViewSurface {
         }
         self.triangles.resize(patch.count, None);
         self.corners.resize(patch.count, [0; 3]);
+        self.facets.resize(patch.count, Facet::default());
+        self.is_stale.resize(patch.count, false);
         if patch.count > before {
             changes.triangles.push(before..patch.count);
         }
@@ -291,6 +313,11 @@ impl ViewSurface {
         vertices.sort_unstable();
         vertices.dedup();
         vertices.retain(|v| (*v as usize) < self.positions.len());
+        for &vertex in &vertices {
+            for place in 0..self.around.of(vertex).len() {
+                self.update_facet(self.around.of(vertex)[place]);
+            }
+        }
         for &vertex in &vertices {
             let (first, count) = self.span_of[vertex as usize];
             self.split(vertex);

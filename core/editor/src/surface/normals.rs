@@ -4,6 +4,15 @@
 use super::ViewSurface;
 use pliant_solver::Vec3;
 
+/// What a triangle adds to the normals at its corners. It is kept, because each of its three corners needs it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Facet {
+    /// Unit normal; zero if the triangle is invisible or degenerate.
+    normal: [f32; 3],
+    /// Angles at the corners, radians.
+    angles: [f32; 3],
+}
+
 impl ViewSurface {
     /// Normal of a triangle whose length is twice the area, m^2; zero if it is invisible.
     pub(super) fn cross(&self, triangle: u32) -> Vec3 {
@@ -12,7 +21,26 @@ impl ViewSurface {
         (b - a).cross(&(c - a))
     }
 
-    /// Updates the normals of all drawn vertices of a mesh vertex.
+    /// Computes the facet of a triangle again.
+    pub(super) fn update_facet(&mut self, triangle: u32) {
+        self.facets[triangle as usize] = self.facet(triangle).unwrap_or_default();
+    }
+
+    /// The facet of a triangle; `None` if that is invisible or degenerate.
+    fn facet(&self, triangle: u32) -> Option<Facet> {
+        let corners = self.triangles[triangle as usize]?.corners.map(|vertex| self.place(vertex));
+        let edges = [0, 1, 2].map(|corner: usize| corners[(corner + 1) % 3] - corners[corner]);
+        let cross = edges[0].cross(&edges[1]);
+        let area = cross.norm();
+        // The cross product of the edges has the same length at each corner.
+        let angle = |corner: usize| area.atan2(-edges[corner].dot(&edges[(corner + 2) % 3]));
+        let first_two = [angle(0), angle(1)];
+        let angles = [first_two[0], first_two[1], std::f64::consts::PI - first_two[0] - first_two[1]];
+        (area > 0.0)
+            .then(|| Facet { normal: (cross / area).map(|c| c as f32).into(), angles: angles.map(|a| a as f32) })
+    }
+
+    /// Updates the normals of all drawn vertices of a mesh vertex from the facets of its triangles.
     pub(super) fn update_normals(&mut self, vertex: u32) {
         let (first, count) = self.span_of[vertex as usize];
         for drawn in first..first + count {
@@ -32,17 +60,10 @@ impl ViewSurface {
             let in_group =
                 |corner: &u32| (first..first + count).contains(corner) && self.drawn[*corner as usize].group == group;
             if let Some(corner) = corners.iter().position(in_group) {
-                sum += self.angle(triangle, corner) * self.cross(triangle).try_normalize(0.0).unwrap_or_default();
+                let Facet { normal, angles } = self.facets[triangle as usize];
+                sum += f64::from(angles[corner]) * Vec3::from(normal.map(f64::from));
             }
         }
         sum
-    }
-
-    /// Angle of a triangle at one of its corners, radians; 0 if it is degenerate.
-    fn angle(&self, triangle: u32, corner: usize) -> f64 {
-        let Some(look) = self.triangles[triangle as usize] else { return 0.0 };
-        let place = |corner: usize| self.place(look.corners[corner % 3]);
-        let [to_next, to_last] = [1, 2].map(|other| place(corner + other) - place(corner));
-        to_next.cross(&to_last).norm().atan2(to_next.dot(&to_last))
     }
 }

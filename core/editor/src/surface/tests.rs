@@ -86,6 +86,60 @@ fn an_update_tells_what_moved_and_gives_the_normals_of_a_new_surface() {
     assert!(same.is_empty());
 }
 
+/// The unit normal of a drawn vertex from its triangles alone, each with the angle between its edges.
+fn normal_of_triangles(surface: &ViewSurface, drawn: u32) -> Vec3 {
+    let DrawnVertex { vertex, group, .. } = surface.drawn[drawn as usize];
+    let mut sum = Vec3::zeros();
+    for &triangle in surface.around(vertex) {
+        let look = surface.triangles[triangle as usize].unwrap();
+        let corner = look.corners.iter().position(|v| *v == vertex).unwrap();
+        if surface.drawn[surface.corners[triangle as usize][corner] as usize].group == group {
+            let place = |corner: usize| surface.place(look.corners[corner % 3]);
+            let [to_next, to_last] = [1, 2].map(|other| place(corner + other) - place(corner));
+            sum += to_next.angle(&to_last) * surface.cross(triangle).normalize();
+        }
+    }
+    sum.normalize()
+}
+
+#[test]
+fn normals_are_means_by_angle_after_moves_and_patches_in_any_order() {
+    let check = |surface: &ViewSurface, what: &str| {
+        for (vertex, (first, count)) in surface.span_of.iter().enumerate() {
+            // A vertex of a cut keeps the normal that was shown there.
+            if surface.kept_normals.contains_key(&(vertex as u32)) {
+                continue;
+            }
+            for drawn in *first..first + count {
+                let normal = Vec3::from(surface.normals()[drawn as usize].map(f64::from));
+                // A few roundings in single precision.
+                assert!((normal - normal_of_triangles(surface, drawn)).norm() < 1e-6, "{what}: {vertex}");
+            }
+        }
+    };
+    let before = topology(generate::sphere(6, 1.0).unwrap());
+    let mut surface = ViewSurface::new(&before);
+    check(&surface, "new");
+    for number in 1..=20_u64 {
+        let count = surface.positions().len();
+        // Vertices all over the ball; in frames without a patch also those of the triangle that comes and goes.
+        let anywhere = (0..number as usize % 9).map(|n| (37 * number as usize + n * n) % count);
+        let corners = before.triangles[7].unwrap().corners.map(|vertex| vertex as usize);
+        let vertices = anywhere.chain(corners.into_iter().filter(|_| number % 2 == 1));
+        let moves: Vec<(usize, [f32; 3])> = vertices
+            .enumerate()
+            .map(|(n, vertex)| (vertex, surface.positions()[vertex].map(|c| c * (0.92 + 0.02 * n as f32))))
+            .collect();
+        // Every other frame a triangle is taken away, or is there again.
+        let look = before.triangles[7].filter(|_| number % 4 == 0);
+        let patch = TopologyPatch { body: 0, number, count: before.triangles.len(), changed: vec![(7, look)] };
+        let patches = if number % 2 == 0 { vec![patch] } else { Vec::new() };
+        let view = moved(&surface, number, &moves);
+        surface.update(number, &view, &patches);
+        check(&surface, &format!("frame {number}"));
+    }
+}
+
 #[test]
 fn a_patch_and_its_undoing_give_the_surface_back() {
     let before = topology(parse(CUBE));
