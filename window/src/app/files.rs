@@ -227,7 +227,7 @@ impl App {
                 context,
                 |ui| {
                     ui.set_max_width(620.0);
-                    ui.label(egui::RichText::new(error).monospace());
+                    ui.label(egui::RichText::new(error).monospace().strong());
                     let is_escape = ui.input(|input| input.key_pressed(egui::Key::Escape));
                     is_closed = ui.button(strings::CLOSE).clicked() || is_escape;
                 },

@@ -111,11 +111,11 @@ impl App {
         egui::Window::new("question").title_bar(false).anchor(egui::Align2::CENTER_CENTER, [0.0; 2]).show(
             context,
             |ui| {
-                match &question {
-                    Question::Recover(found) => ui.label(strings::recovery(found.path())),
-                    Question::Replace(path) => ui.label(strings::replace(path)),
-                    Question::Unsaved(_) => ui.label(strings::UNSAVED),
-                };
+                ui.strong(match &question {
+                    Question::Recover(found) => strings::recovery(found.path()),
+                    Question::Replace(path) => strings::replace(path),
+                    Question::Unsaved(_) => strings::UNSAVED.to_owned(),
+                });
                 ui.horizontal(|ui| {
                     recover = matches!(question, Question::Recover(_)) && ui.button(strings::RECOVER).clicked();
                     save = matches!(question, Question::Unsaved(_)) && ui.button(strings::SAVE).clicked();
