@@ -64,6 +64,28 @@ impl CutMesh {
         self.journal.undone.clear();
     }
 
+    /// Closes the open step as a refinement.
+    pub(super) fn commit_refinement(&mut self) {
+        self.commit_step();
+        if let Some(step) = self.journal.done.last_mut() {
+            step.is_refinement = true;
+        }
+    }
+
+    /// Triangles that cuts have added or changed since the last refinement, ascending.
+    pub(super) fn unrefined(&self) -> Vec<u32> {
+        let done = &self.journal.done;
+        let cuts = &done[done.iter().rposition(|step| step.is_refinement).map_or(0, |last| last + 1)..];
+        let count = self.surface.triangles.len();
+        let first = cuts.first().map_or(count, |step| step.before.triangles) as u32;
+        let mut changed: Vec<u32> = cuts.iter().flat_map(|step| step.saved.iter().map(|(t, _)| *t)).collect();
+        changed.retain(|t| *t < first);
+        changed.sort_unstable();
+        changed.dedup();
+        changed.extend(first..count as u32);
+        changed
+    }
+
     /// Reverts and discards the open step.
     pub(super) fn revert_step(&mut self) {
         if let Some(mut step) = self.journal.done.pop() {

@@ -63,6 +63,7 @@ pub(super) struct Step {
     pub pieces_of: Vec<u32>,         // the old triangle of each new one, or `NONE`
     pub saved: Vec<(u32, Triangle)>, // in the order of change; a triangle may come twice
     pub tail: Tail,                  // empty while done
+    pub is_refinement: bool,         // and no advance
 }
 
 #[derive(Clone, Copy, Default)]

@@ -50,16 +50,20 @@ pub(super) struct WallEdge {
 }
 
 impl CutMesh {
-    /// Divides the edges inside of cut surfaces that are longer than `longest` (m), as an advance without blade. Edges that a cut surface shares with the
+    /// Divides the edges inside of cut surfaces that are longer than `longest` (m), where something was cut since the last time, as an advance without blade. Edges that a cut surface shares with the
     /// original surface stay as they are, and so do edges of a triangle whose longest edge is one of those. `None` if there is nothing to divide, or if
     /// what came out does not pass verification; the mesh is then as it was.
     pub fn refine_cut_surfaces(&mut self, longest: f64) -> Option<Advance> {
         let is_cap = |t: &u32| self.is_cap(*t);
         let caps: Vec<u32> = (0..self.surface.triangles.len() as u32).filter(is_cap).collect();
         let [first_triangle, first_vertex] = [self.surface.triangles.len(), self.surface.points.len()];
+        let mut new = self.unrefined();
+        new.retain(is_cap);
+        if new.is_empty() {
+            return None;
+        }
         self.begin_step();
-        let mut walls = Walls::new(self, &caps, longest);
-        walls.divide_long_edges(&caps);
+        Walls::new(self, &caps, longest).divide_long_edges(&new);
         let mut touched: Vec<u32> = self.changed().0;
         touched.extend(first_triangle as u32..self.surface.triangles.len() as u32);
         if touched.is_empty() || split_coincident_edges(self, &mut touched).is_err() || self.verify().is_err() {
@@ -68,7 +72,7 @@ impl CutMesh {
         }
         self.index_triangles(first_triangle);
         self.refit();
-        self.commit_step();
+        self.commit_refinement();
         Some(Advance {
             changed: self.changed().0,
             first_triangle: first_triangle as u32,
@@ -106,14 +110,14 @@ impl<'m> Walls<'m> {
         walls
     }
 
-    /// Divides and flips until no edge is too long.
-    fn divide_long_edges(&mut self, caps: &[u32]) {
-        let all: Vec<Ends> = caps.iter().flat_map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).map(|h| self.ends(h)).collect();
+    /// Divides and flips until no edge of some triangles, and of what comes of them, is too long.
+    fn divide_long_edges(&mut self, begin: &[u32]) {
+        let all: Vec<Ends> = begin.iter().flat_map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).map(|h| self.ends(h)).collect();
         if !all.iter().any(|ends| self.is_long(*ends) && self.edge(*ends).is_some()) {
             return;
         }
-        let area: f64 = caps.iter().map(|t| 0.5 * self.mesh.cross(*t).norm()).sum();
-        let most = (DIVISIONS_PER_SQUARE * area / self.longest.powi(2)) as usize + caps.len();
+        let area: f64 = begin.iter().map(|t| 0.5 * self.mesh.cross(*t).norm()).sum();
+        let most = (DIVISIONS_PER_SQUARE * area / self.longest.powi(2)) as usize + begin.len();
         all.iter().for_each(|ends| self.wait(*ends));
         self.flip_around(all);
         let mut count = 0;

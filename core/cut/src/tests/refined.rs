@@ -143,9 +143,7 @@ fn cut_surfaces_get_edges_of_a_bounded_length() {
                 assert_eq!(format!("{:?} {:?}", mesh.surface(), mesh.links), was, "case {case}: undone");
                 assert!(mesh.redo());
                 assert_eq!(format!("{:?} {:?}", mesh.surface(), mesh.links), now, "case {case}: redone");
-                let count = caps(&mesh).len();
-                let again = mesh.refine_cut_surfaces(longest).map_or(count, |_| caps(&mesh).len());
-                assert!(100 * again <= 101 * count, "case {case}: {count} triangles, refined again {again}");
+                assert!(mesh.refine_cut_surfaces(longest).is_none(), "case {case}: refined again");
             }
         }
     }
