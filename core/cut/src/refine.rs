@@ -35,8 +35,8 @@ pub(super) struct Walls<'m> {
     pub normals: Vec<Vec3>,
     /// Half-edges of the walls by their ends.
     pub half_edges: HashMap<Ends, Vec<u32>>,
-    /// Place of each vertex of a wall.
-    place: HashMap<u32, u32>,
+    /// Place of each vertex of a wall, [`NONE`] for others (n).
+    place: Vec<u32>,
     /// Edges to divide, as the bits of their squared lengths and their ends; the longest comes first.
     waiting: BinaryHeap<(u64, Ends)>,
 }
@@ -86,15 +86,15 @@ impl CutMesh {
 impl<'m> Walls<'m> {
     fn new(mesh: &'m mut CutMesh, caps: &[u32], longest: f64) -> Self {
         let mut known: HashMap<[u64; 3], u32> = HashMap::new();
-        let (mut place, mut positions) = (HashMap::new(), Vec::new());
+        let (mut place, mut positions) = (vec![NONE; mesh.surface.points.len()], Vec::new());
         for &vertex in caps.iter().flat_map(|t| &mesh.surface.triangles[*t as usize]) {
-            place.entry(vertex).or_insert_with(|| {
+            if place[vertex as usize] == NONE {
                 let position = mesh.point(vertex);
-                *known.entry(position.map(f64::to_bits).into()).or_insert_with(|| {
+                place[vertex as usize] = *known.entry(position.map(f64::to_bits).into()).or_insert_with(|| {
                     positions.push(position);
                     positions.len() as u32 - 1
-                })
-            });
+                });
+            }
         }
         let (normals, waiting) = (vec![Vec3::zeros(); positions.len()], BinaryHeap::new());
         let mut walls = Self { mesh, longest, positions, normals, half_edges: HashMap::new(), place, waiting };
@@ -154,7 +154,7 @@ impl<'m> Walls<'m> {
             ring.iter().for_each(|half| self.unlist(half / 3));
             let origin = Origin::Edge { ends: [self.mesh.tail(ring[0]), self.mesh.head(ring[0])], t: 0.5 };
             let vertex = self.mesh.add_vertex(x, origin);
-            self.place.insert(vertex, middle);
+            self.place.push(middle);
             let triangles = split_edge_ring(self.mesh, ring, vertex);
             triangles.iter().for_each(|t| self.list(*t));
         }
@@ -224,7 +224,7 @@ impl<'m> Walls<'m> {
 
     /// The place of a corner.
     pub fn place_of(&self, corner: u32) -> u32 {
-        self.place.get(&self.mesh.tail(corner)).copied().unwrap_or(NONE)
+        self.place[self.mesh.tail(corner) as usize]
     }
 
     fn middle(&self, [a, b]: Ends) -> Vec3 {

@@ -76,7 +76,8 @@ impl Body {
         let new = advance.first_vertex..mesh.surface().points.len() as u32;
         let neighbours = |vertex: u32| neighbours(model, vertex);
         let cells = lattice.cut(swept, new, side, neighbours, mesh.as_ref())?;
-        if !self.samples.is_empty() {
+        // A refinement sweeps nothing, and leaves the surface where it was.
+        if !swept.is_empty() && !self.samples.is_empty() {
             Arc::make_mut(&mut self.samples).take_cut(&cells, &self.model, &self.skin, lattice)?;
         }
         self.update_tints()
