@@ -16,8 +16,9 @@ use super::fans::{split_coincident_edges, split_edge_ring};
 use super::mesh::CutMesh;
 use super::record::{NONE, Origin};
 
-/// Distance between a midpoint and the opposite corner of a triangle, in longest edges, below which the edge is not divided.
-const LEAST_DISTANCE: f64 = 0.1;
+/// Distance between a midpoint and the opposite corner of a triangle, in longest edges, below which the edge is not divided. A blade that bends leaves strips much
+/// narrower than an edge, and one that was not divided would keep all beside it from being divided.
+const LEAST_DISTANCE: f64 = 1e-6;
 /// Bound of the number of divisions, in squares of the longest edge on the cut surface.
 const DIVISIONS_PER_SQUARE: f64 = 16.0;
 

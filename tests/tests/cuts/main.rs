@@ -1,6 +1,7 @@
 //! Bodies that are cut, split and stitched.
 
 mod cut_area;
+mod cut_face_dents;
 mod cut_parts;
 mod cutting;
 mod cutting_physics;

@@ -57,7 +57,7 @@ fn too_long(mesh: &CutMesh, longest: f64) -> Vec<f64> {
         let [a, b] = ends(half);
         let apex = mesh.point(mesh.head(sides(half)[0]));
         let on_skin = mesh.around(half).any(|other| !mesh.is_cap(other / 3));
-        on_skin || (apex - a.lerp(&b, 0.5)).norm() <= 0.1 * longest
+        on_skin || (apex - a.lerp(&b, 0.5)).norm() <= 1e-6 * longest
     };
     // The walls share their edges, so what one of them has to keep stays in the other.
     let mut stays: HashSet<Key> = halves.iter().filter(|half| stays_first(**half)).map(|half| key(*half)).collect();

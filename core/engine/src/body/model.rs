@@ -113,6 +113,12 @@ impl Model {
         self.part.as_ref().is_some_and(|caps| caps.contains(&face))
     }
 
+    /// Whether a triangle is on a face that a cut has made.
+    pub fn is_cap(&self, triangle: u32) -> bool {
+        let face = self.surface.face_of[triangle as usize];
+        self.is_cap_face(face) || face as usize == self.document.face_count()
+    }
+
     /// The model of a tetrahedral mesh, whose boundary is `document`, placed in the scene.
     pub fn of_tetrahedra(mesh: TetMesh, document: ObjDocument, placement: Placement) -> Self {
         let mut model = Self::new(document, placement);

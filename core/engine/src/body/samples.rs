@@ -7,6 +7,7 @@
 use bytemuck::cast_slice;
 
 use super::{CellFragment, Lattice, LatticeError, Model, Skin};
+use crate::contact::{SKIN_DEPTH, depth_on_side, inward};
 use pliant_mesh::Surface;
 use pliant_solver::Vec3;
 use std::collections::BTreeMap;
@@ -40,10 +41,6 @@ const MAX_PIECES: usize = 64;
 const SLIVER_FACTOR: f64 = 4.0;
 /// Number of pieces at which those collected so far are merged: about 300 MB.
 pub(crate) const MAX_COLLECTED: usize = 1 << 22;
-
-/// Depth below the surface at which the fragment of a sample in a cut cell is looked up, in edges of a cell: enough to tell on which
-/// side of the cut it is.
-const INSIDE: f64 = 1e-6;
 
 /// A piece of a triangle.
 #[derive(Clone, Copy)]
@@ -96,7 +93,7 @@ impl Samples {
         lattice: &Lattice,
     ) -> Result<Self, LatticeError> {
         let merged = collect(triangles, lattice);
-        let under = |m: &Piece| m.centroid - INSIDE * lattice.edge() / m.area.norm() * m.area;
+        let under = |m: &Piece| inward(m.centroid, m.area, SKIN_DEPTH * lattice.edge());
         let places: Vec<Vec3> = merged.iter().map(under).collect();
         Self::in_cells(&merged, &places, lattice)
     }
@@ -161,14 +158,14 @@ impl Samples {
         }
         triangles.sort_unstable();
         triangles.dedup();
-        let mut pieces = Vec::new();
+        let (mut pieces, mut depths) = (Vec::new(), Vec::new());
         for &t in &triangles {
             divide(model.surface.triangles[t as usize].map(|v| model.surface.points[v as usize]), size, &mut pieces);
+            depths.resize(pieces.len(), depth_on_side(model, t) * edge);
         }
         let mut anchored: Vec<(CellFragment, Piece)> = Vec::new();
-        for piece in pieces {
-            let inward = INSIDE * edge / piece.area.norm();
-            let inside = piece.centroid - inward * piece.area;
+        for (piece, depth) in pieces.into_iter().zip(depths) {
+            let inside = inward(piece.centroid, piece.area, depth);
             if let Some(anchor) = lattice.anchor_at(inside)?.filter(|a| cells.binary_search(&a.fragment.cell).is_ok()) {
                 anchored.push((anchor.fragment, Piece { centroid: anchor.place, ..piece }));
             }

@@ -29,7 +29,7 @@ pub use fingertip::{Press, Tip};
 pub use layer::{Layer, Push};
 pub use layer_law::{LawStep, LayerLaw};
 pub use loads::PointLoads;
-pub use near::{ProximitySearch, Query, SurfacePoint, inward, normal_of};
+pub use near::{ProximitySearch, Query, SKIN_DEPTH, SurfacePoint, depth_on_side, inward, normal_of};
 pub use obstacles::{BodyContacts, ObstacleContacts, PlacedObstacle};
 pub use patch::Patch;
 pub use proxy::{Friction, Proxy, Touch, apply_friction};

@@ -6,7 +6,7 @@
 //! the triangle tree.
 
 use super::triangle_point::TrianglePoint;
-use crate::body::{Body, LatticeError, NOT_EMBEDDED, NodeBounds, Samples, Skin, interpolate};
+use crate::body::{Body, LatticeError, Model, NOT_EMBEDDED, NodeBounds, Samples, Skin, interpolate};
 use crate::shape::OrientedShape;
 use nalgebra::Matrix3;
 use pliant_mesh::geometry::{Closest, closest_point};
@@ -106,6 +106,10 @@ pub struct ProximitySearch {
     bounds: NodeBounds,
 }
 
+/// [`depth_on_side`] of the surface of the file.
+pub const SKIN_DEPTH: f64 = 1e-6;
+/// The same of a cut surface, which is beside the path of the blade by less than that once it was refined.
+const CAP_DEPTH: f64 = 0.05;
 /// Stretch of edges, relative to the rest shape, that the search allows for: a triangle whose edges grow more could be missed between its
 /// vertices.
 const STRETCH: f64 = 1.5;
@@ -136,8 +140,11 @@ impl ProximitySearch {
         self.cells.clear();
         let region = lattice.region();
         self.bounds.list(lattice, &body.system.nodes);
+        // A cut makes surface in cells inside of the body too.
+        let has_cuts = lattice.has_cuts();
         for cell in 0..region.cell_id.len() as u32 {
-            if u32::from(region.cell_state[cell as usize]) != abi::CELL_SURFACE {
+            let is_surface = u32::from(region.cell_state[cell as usize]) == abi::CELL_SURFACE;
+            if !is_surface && !(has_cuts && lattice.is_cut(region.cell_id[cell as usize])) {
                 continue;
             }
             let longest = if edges { STRETCH * lattice.longest_edge(cell) } else { 0.0 };
@@ -300,12 +307,10 @@ impl ProximitySearch {
             if query.is_near(found.point, distance) {
                 let corners = vertices.map(|v| model.surface.points[v as usize]);
                 let (rest, normal) = (interpolate(corners, found.bary), normal_of(corners));
+                let depth = depth_on_side(model, triangle) * lattice.edge();
                 let triangle = Some(TrianglePoint::new(triangle, found.bary, corners));
-                let rest = if lattice.has_cuts() || lattice.has_failed_cells() {
-                    inward(rest, normal, lattice.edge())
-                } else {
-                    rest
-                };
+                let rest =
+                    if lattice.has_cuts() || lattice.has_failed_cells() { inward(rest, normal, depth) } else { rest };
                 out.push(SurfacePoint {
                     body: index,
                     point: found.point,
@@ -323,10 +328,15 @@ impl ProximitySearch {
     }
 }
 
-/// Moves a surface point inwards by 1e-6 cell edges, so that it lies strictly on one side of a cut. `rest` and `edge` are in m.
-pub fn inward(rest: Vec3, normal: Vec3, edge: f64) -> Vec3 {
+/// How far a point of a triangle is moved inwards to lie strictly on one side of all cuts, in cell edges.
+pub fn depth_on_side(model: &Model, triangle: u32) -> f64 {
+    if model.is_cap(triangle) { CAP_DEPTH } else { SKIN_DEPTH }
+}
+
+/// Moves a surface point inwards by `depth`. `rest` and `depth` are in m.
+pub fn inward(rest: Vec3, normal: Vec3, depth: f64) -> Vec3 {
     let length = normal.norm();
-    if length > 0.0 { rest - 1e-6 * edge / length * normal } else { rest }
+    if length > 0.0 { rest - depth / length * normal } else { rest }
 }
 
 /// Normal of a triangle; its length is twice the area, m^2.

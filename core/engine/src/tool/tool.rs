@@ -3,7 +3,7 @@
 use super::hand::Hand;
 use super::search::{SurfaceSearch, nearest_on_sheets};
 use crate::body::{Body, LatticeError, interpolate};
-use crate::contact::{Friction, LayerLaw, Patch, PointLoads, Proxy, inward};
+use crate::contact::{Friction, LayerLaw, Patch, PointLoads, Proxy, depth_on_side, inward};
 use crate::edit::{Action, ActiveBall, BladeEdge, BodyPoint, CutStep, EdgeInside, GRIP_REACH, Step, StitchRequest};
 use crate::shape::OrientedShape;
 use nalgebra::UnitQuaternion;
@@ -27,6 +27,10 @@ impl Coupling {
         if size > self.max_force { self.max_force / size } else { 1.0 }
     }
 }
+
+/// Depth of the contact patch in a body with cuts, in cell edges: the patch is flat, and where it is on a cut surface that is not, it would press on what
+/// lies on the other side.
+const PATCH_DEPTH: f64 = 0.125;
 
 /// A tool in a scene.
 pub struct Tool {
@@ -328,7 +332,10 @@ impl Tool {
         normal: Vec3,
         force: Vec3,
     ) -> Result<(), LatticeError> {
-        self.patch.sample(rest, normal, body.discretization.edge());
+        let (edge, lattice) = (body.discretization.edge(), body.discretization.lattice());
+        let is_cut = lattice.is_some_and(|lattice| lattice.has_cuts());
+        let centre = if is_cut { inward(rest, normal, PATCH_DEPTH * edge) } else { rest };
+        self.patch.sample(centre, normal, edge);
         self.press_patch(body, index, rest, force)
     }
 
@@ -348,9 +355,10 @@ impl Tool {
         for (near, fraction) in self.proxy.supports() {
             let Some(triangle) = near.triangle.filter(|_| near.body == index) else { continue };
             let vertices = body.model.surface.triangles[triangle.triangle as usize];
+            let depth = depth_on_side(&body.model, triangle.triangle);
             for (v, weight) in vertices.into_iter().zip(triangle.bary.iter()) {
                 let corner = body.model.surface.points[v as usize];
-                points.push(if is_cut { inward(corner, near.normal, edge) } else { corner });
+                points.push(if is_cut { inward(corner, near.normal, depth * edge) } else { corner });
                 fractions.push(fraction * weight);
             }
         }

@@ -2,7 +2,7 @@
 
 use super::{Lattice, LatticeError};
 use crate::body::model::Model;
-use crate::contact::inward;
+use crate::contact::{SKIN_DEPTH, inward};
 use crate::obstacle::MeshSurface;
 use pliant_cut::carve::jitter;
 use pliant_mesh::Surface;
@@ -131,7 +131,7 @@ impl Lattice {
         let parts = if is_of_file { 0 } else { ((longest / (SPACING * self.edge())).ceil() as usize).clamp(1, 64) };
         let per_cell = self.tetrahedra_per_cell() as u32;
         let mut look = |weights: [f64; 3]| -> Result<(), LatticeError> {
-            let point = inward(weights[0] * a + weights[1] * b + weights[2] * c, normal, self.edge());
+            let point = inward(weights[0] * a + weights[1] * b + weights[2] * c, normal, SKIN_DEPTH * self.edge());
             if let Some(cell) = self.cell_of(point)? {
                 let found = self.tetrahedron_in(cell as u32, point, |_| true);
                 out.extend(found.map(|(index, _)| per_cell * cell as u32 + index as u32));
