@@ -144,7 +144,8 @@ impl ProximitySearch {
         let has_cuts = lattice.has_cuts();
         for cell in 0..region.cell_id.len() as u32 {
             let is_surface = u32::from(region.cell_state[cell as usize]) == abi::CELL_SURFACE;
-            if !is_surface && !(has_cuts && lattice.is_cut(region.cell_id[cell as usize])) {
+            let is_cut = has_cuts && lattice.is_cut(region.cell_id[cell as usize]);
+            if !is_surface && !is_cut {
                 continue;
             }
             let longest = if edges { STRETCH * lattice.longest_edge(cell) } else { 0.0 };
