@@ -30,7 +30,8 @@ impl CutMesh {
     ) -> Result<MeshPart, PartError> {
         let owned_triangles = || (0..self.surface.triangles.len() as u32).filter(|t| owned(*t) && !self.is_lid(*t));
         let has_failed = |t: u32| !owned(t);
-        // A polygon whose copied corners are triangulated otherwise, by rounding, is written as triangles.
+        // A polygon that is triangulated otherwise is written as triangles: by rounding of copied corners, or where a quad that had two edges in common with it was cut,
+        // so that the two no longer keep out of each other's diagonals.
         let mut divided: BTreeSet<u32> = BTreeSet::new();
         loop {
             let is_divided = |face: u32| divided.contains(&face);

@@ -125,6 +125,8 @@ impl CutMesh {
         let of_file = zip(&self.surface.face_of, 0..).filter(|(_, t)| !self.is_cap(*t) && !self.is_lid(*t));
         let broken: BTreeSet<u32> = of_file.filter(|(_, t)| has_failed(*t)).map(|(face, _)| *face).collect();
         changed.extend(broken.iter().map(|&face| (face, Vec::new())));
+        let divided = original.face_of.iter().filter(|face| is_divided(**face));
+        changed.extend(divided.map(|&face| (face, Vec::new())));
         for (triangle, face) in self.surface.face_of.iter().enumerate() {
             if let Some(triangles) = changed.get_mut(face) {
                 triangles.push(triangle as u32);
@@ -187,7 +189,7 @@ pub(super) struct Chosen<'a> {
     pub number: Vec<u32>,
     /// Whether a triangle is left out.
     pub has_failed: &'a dyn Fn(u32) -> bool,
-    /// Whether a face that got copies of its vertices is written as triangles.
+    /// Whether a face that no cut has divided is written as triangles.
     pub is_divided: &'a dyn Fn(u32) -> bool,
 }
 

@@ -10,6 +10,7 @@ mod refined;
 mod shared;
 mod through;
 mod turned;
+mod twins;
 mod twisted;
 mod undo;
 
