@@ -2,7 +2,7 @@
 
 use super::event::EventKind;
 use super::{CutCounts, Session};
-use crate::body::Repair;
+use crate::body::{Body, LatticeError, Repair};
 use crate::edit::{CutAgain, HeldBody};
 use crate::scene::Release;
 use pliant_solver::Vec3;
@@ -62,11 +62,15 @@ impl Session {
             // What its stroke was drawing together is let go.
             self.interactions.ties.drop_drawn(tool);
             self.warnings.tally_ended(index, advances, changed_body || has_tied);
+            if cut {
+                self.finish_cuts(time, Body::refine_cut_surfaces);
+            }
+            // They have the vertices of the cut faces too.
             if cut || changed_body && edit.kind.changes_topology() {
                 self.fix_layers(time);
             }
             if cut {
-                self.finish_cut_surfaces(time);
+                self.finish_cuts(time, Body::part_by_surface);
             }
             if cut && edit.splits {
                 self.split_cut_bodies();
@@ -78,11 +82,10 @@ impl Session {
         slot.tool.set_action(None);
     }
 
-    /// Cut surfaces get vertices inside, and what a cut has parted in the surface is carried by parts of the grid of its own.
-    fn finish_cut_surfaces(&mut self, time: f64) {
+    /// Finishes the cuts of each body in some way. One whose plugin fails is frozen.
+    fn finish_cuts(&mut self, time: f64, finish: impl Fn(&mut Body) -> Result<(), LatticeError>) {
         for index in 0..self.bodies.len() {
-            let body = &mut self.bodies[index];
-            if let Err(error) = body.refine_cut_surfaces().and_then(|()| body.part_by_surface()) {
+            if let Err(error) = finish(&mut self.bodies[index]) {
                 self.freeze(index, time, error.to_string());
             }
         }
