@@ -14,6 +14,8 @@ const IN_PLANE: f64 = 1e-9;
 const SAME_TEXTURE: f64 = 1e-3;
 /// Least height of a triangle that a flip makes over its new edge, in longest edges.
 const LEAST_HEIGHT: f64 = 1e-6;
+/// Least cosine of the angle between a triangle that a flip makes and the wall.
+const LEAST_COSINE: f64 = 0.99;
 /// How far from Delaunay an edge is flipped, as a sum of two cotangents: above rounding, so that four corners on a circle stay.
 const ROUNDING: f64 = 1e-9;
 /// Bound of the number of edges seen after one change, for each of the edges it begins with: on walls that are not quite flat nothing else says that
@@ -66,6 +68,14 @@ impl Walls<'_> {
         let ([at_c, at_d], [at_a, at_b]) = ([area(a, b, c), area(a, b, d)], [area(c, d, a), area(c, d, b)]);
         let least = LEAST_HEIGHT * self.longest * (d - c).norm();
         if at_c * at_d >= 0.0 || at_a * at_b >= 0.0 || at_a.abs().min(at_b.abs()) <= least {
+            return false;
+        }
+        // Slivers of a bent wall may stand across it, and tell others a wrong direction of the wall.
+        let is_along = |p: Vec3, q: Vec3, r: Vec3| {
+            let cross = (q - p).cross(&(r - p));
+            cross.dot(&normal).abs() >= LEAST_COSINE * cross.norm()
+        };
+        if !is_along(c, d, a) || !is_along(c, d, b) {
             return false;
         }
         let crossing = [a.lerp(&b, at_a / (at_a - at_b)), c.lerp(&d, at_c / (at_c - at_d))];
