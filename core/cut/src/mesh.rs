@@ -66,6 +66,11 @@ impl CutMesh {
         self.body.iter().filter(|body| **body == OPEN).count()
     }
 
+    /// Whether a triangle bounds no volume and is cut as an open surface.
+    pub fn is_open(&self, triangle: u32) -> bool {
+        self.body[triangle as usize] == OPEN
+    }
+
     /// Number of edges with one triangle, without those that lids close.
     pub fn border_edges(&self) -> usize {
         let halves = self.links.iter().enumerate();

@@ -11,6 +11,7 @@ mod drawn_twice;
 mod fast_cuts;
 mod fragments;
 mod kept_line;
+mod open_parts;
 mod seams;
 mod split_bodies;
 mod split_parts;

@@ -70,12 +70,17 @@ impl Body {
         };
         let caps = caps(mesh, new, &advance.facets, CUT_MARGIN * lattice.edge(), &mut self.cut_margins);
         let closed = !caps.is_empty();
-        let swept = if closed { &caps } else { &advance.facets };
+        // Caps are inside of closed parts of the model. Cells of an open part that stands out from these, as an eye does, are swept by the blade alone.
+        let has_cut_open = advance.changed.iter().any(|triangle| mesh.is_open(*triangle));
+        let mut swept = caps;
+        if !closed || has_cut_open {
+            swept.extend_from_slice(&advance.facets);
+        }
         let (model, edge) = (&self.model, lattice.edge());
         let side = |vertex: u32| side_point(mesh, model, vertex, closed, edge);
         let new = advance.first_vertex..mesh.surface().points.len() as u32;
         let neighbours = |vertex: u32| neighbours(model, vertex);
-        let cells = lattice.cut(swept, new, side, neighbours, mesh.as_ref())?;
+        let cells = lattice.cut(&swept, new, side, neighbours, mesh.as_ref())?;
         // A refinement sweeps nothing, and leaves the surface where it was.
         if !swept.is_empty() && !self.samples.is_empty() {
             Arc::make_mut(&mut self.samples).take_cut(&cells, &self.model, &self.skin, lattice)?;

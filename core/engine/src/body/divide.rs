@@ -37,8 +37,8 @@ pub enum DivideError {
     OnePart,
     /// The surface is in several parts and the grid is not.
     #[error(
-        "its surface is in {shells} parts, which cells of its grid still hold together, as where a part is thinner than half a cell beside the cut; allowed is a cut \
-         that is farther inside, or a grid of a higher `level`"
+        "its surface is in {shells} parts, which cells of its grid still hold together, as where a part is thinner than half a cell beside the cut, or lies in \
+         several of the others; allowed is a cut that is farther inside or goes through all of them, or a grid of a higher `level`"
     )]
     HeldByGrid {
         /// Number of parts of the surface.
