@@ -7,7 +7,7 @@
 use crate::drawn_line::{DrawnCut, SIZE, count};
 use pliant_cut::testing::line_vertices;
 use pliant_engine::scene::Release;
-use pliant_engine::session::{Session, SessionCommand};
+use pliant_engine::session::{EventKind, Session, SessionCommand};
 use pliant_mesh::testing::Random;
 use pliant_tests::{Bench, asked_cases};
 
@@ -43,6 +43,11 @@ fn a_line_on_a_shape_that_was_kept_is_straight() {
         let held = points[random.below(points.len() as u64) as usize];
         let way = SIZE * (0.05 + 0.15 * random.unit()) * random.direction();
         case.stroke(&mut session, "grab", Release::Keep, [held, held + way]);
+        // A hand that has let go leaves no shape, but a body on its way back.
+        if session.events.count(EventKind::NotKept) > 0 {
+            println!("{number}: the shape was not kept: {case:?}");
+            continue;
+        }
         session.update_surface();
         let body = &session.bodies[0];
         let moved = body.skin.x.iter().zip(&body.model.surface.points).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);

@@ -8,6 +8,9 @@ use crate::scene::Release;
 use pliant_solver::Vec3;
 use std::time::Instant;
 
+/// Most cells by which a repair may move a node of a shape that is kept. What is left of a stroke after more than that is not the shape that the hand gave.
+const MAX_REPAIR: f64 = 4.0;
+
 impl Session {
     /// Begins and ends edits, and executes the scene's undos and redos.
     pub(super) fn change_modes(&mut self, time: f64) {
@@ -52,7 +55,12 @@ impl Session {
         if let Some(index) = ended {
             let edit = &self.plan.edits[index].clone();
             self.cut_with(tool, time, true);
-            let kept = edit.release == Release::Keep && !edit.kind.changes_body() && self.keep(time);
+            let lost_grip = std::mem::take(&mut self.tools[tool].has_lost_grip);
+            let keeps = edit.release == Release::Keep && !edit.kind.changes_body();
+            if keeps && lost_grip {
+                self.spring_back(tool, time);
+            }
+            let kept = keeps && !lost_grip && self.keep(time);
             let slot = &mut self.tools[tool];
             let advances = std::mem::take(&mut slot.advances);
             let cut = advances > 0;
@@ -193,9 +201,20 @@ impl Session {
                 });
                 continue;
             }
-            let (lattice, nodes) = (body.discretization.lattice(), &mut body.system.nodes);
-            if let Some(Repair { cells, place, moved }) = lattice.and_then(|lattice| lattice.untangle(nodes)) {
-                let (at, moved, name) = (place_in_mm(place), 1e3 * moved, &body.name);
+            if let Some(Repair { cells, place, moved }) = untangle(body) {
+                let most = MAX_REPAIR * body.discretization.edge();
+                let (at, is_kept, name) = (place_in_mm(place), moved <= most, &body.name);
+                let [moved, most] = [moved, most].map(|way| 1e3 * way);
+                if !is_kept {
+                    self.events.add(EventKind::NotKept, time, || {
+                        format!(
+                            "body `{name}`: {cells} cells near {at} were inverted or flat, and their repair would move nodes by {moved:.3} mm, \
+                             so its last shape is back; allowed for `release = \"keep\"` is a repair by up to {most:.3} mm"
+                        )
+                    });
+                    go_to_rest(body);
+                    continue;
+                }
                 self.events.add(EventKind::Repaired, time, || {
                     format!(
                         "body `{name}`: {cells} cells near {at} were inverted or flat when the shape was kept; their nodes were \
@@ -212,9 +231,40 @@ impl Session {
         has_changed
     }
 
+    /// Lets the bodies go back to their last shape after an edit whose hand has let go of them. Cells that are inside out, in which a material may be at rest, do
+    /// so at once.
+    fn spring_back(&mut self, tool: usize, time: f64) {
+        for body in self.bodies.iter_mut().filter(|body| body.frozen.is_none()) {
+            if untangle(body).is_some() {
+                go_to_rest(body);
+            }
+        }
+        let name = &self.tools[tool].tool.name;
+        self.events.add(EventKind::NotKept, time, || {
+            format!(
+                "tool `{name}`: it had let go before its edit ended, so what it has moved springs back; allowed for `release = \"keep\"` is a force up to the \
+                 `limit` of the edit"
+            )
+        });
+    }
+
     /// Statistics of all cuts so far.
     pub fn cuts(&self) -> &CutCounts {
         &self.editing.history.cuts
+    }
+}
+
+/// Moves the nodes of a solid as [`crate::body::Lattice::untangle`] does.
+fn untangle(body: &mut Body) -> Option<Repair> {
+    let (lattice, nodes) = (body.discretization.lattice()?, &mut body.system.nodes);
+    lattice.untangle(nodes)
+}
+
+/// Takes the free nodes of a body back to their last shape, with zero velocity.
+fn go_to_rest(body: &mut Body) {
+    let nodes = &mut body.system.nodes;
+    for node in (0..nodes.len()).filter(|node| nodes.constraint[*node].is_free()) {
+        (nodes.x[node], nodes.v[node]) = (nodes.rest[node], Vec3::zeros());
     }
 }
 

@@ -155,6 +155,7 @@ impl Session {
                 slot.tool.release(&slot.hand);
             }
             let slipped = slot.tool.slipped - lost;
+            slot.has_lost_grip |= slipped > 0;
             self.events.add_many(EventKind::GripLost, slipped, time, || {
                 format!(
                     "tool `{}`: it let go for the rest of its stroke: its force was over the `limit` of its edit",

@@ -51,6 +51,8 @@ pub struct ToolSlot {
     /// Whether the active edit has tied points of two bodies, and whether it has been said that it cannot.
     pub(super) has_tied: bool,
     pub(super) is_stitch_refused: bool,
+    /// Whether the active edit has let go of a body because its force was over the limit.
+    pub(super) has_lost_grip: bool,
     /// Previous position of the tool, m; `None` if it was absent.
     pub(super) was: Option<Vec3>,
     /// Previous rotation of its shape.

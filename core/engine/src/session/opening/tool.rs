@@ -88,6 +88,7 @@ impl Opening<'_> {
             advances: 0,
             has_tied: false,
             is_stitch_refused: false,
+            has_lost_grip: false,
             was: None,
             turned: None,
             tip: scene.mass.as_ref().map(|mass| TipMass::new(mass.get_ref().si)),
