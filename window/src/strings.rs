@@ -4,7 +4,7 @@ use crate::app::{Latency, PointerLatency, START_STAGES, StartStage, StartTimes};
 use crate::opening::Remedy;
 use crate::tools::ToolStrength;
 use pliant_editor::{Gesture, LengthUnit, Substance};
-use pliant_engine::session::EventKind;
+use pliant_engine::session::{EventKind, WarningCode};
 use std::fmt::Display;
 use std::path::Path;
 
@@ -71,22 +71,76 @@ pub const SPLIT_HINT: &str =
 pub const HISTORY_SPLIT: &str = "split";
 /// Name of a body that was split off.
 pub const SPLIT_OFF: &str = "part";
-/// What has happened in the session, for people: what to do first, where there is something, then what the engine says.
-pub fn news(kind: EventKind, text: &str) -> String {
-    let advice = match kind {
+/// What has happened in the session, for people: what it is and what to do in the window, and in brackets what the engine says where that tells more, as where it is.
+/// `is_scene`: the bodies are those of a scene file, whose keys the engine names.
+pub fn news(kind: EventKind, text: &str, is_scene: bool) -> String {
+    let sentence = match kind {
         EventKind::GripLost => {
             "The hand let go, for it pulled with more than it can. Draw more slowly, or make the material softer."
         }
-        EventKind::CutRefused => "A part of the line could not be cut. Draw it again, a little beside.",
-        EventKind::CutHeld => "The cut has not parted the model. Draw the line again.",
-        EventKind::CutAgain => "The line goes along an earlier cut, where nothing is left to cut.",
+        EventKind::CutRefused => {
+            "A part of the line could not be cut, for the faces there would become splinters or cross each other. Draw it again, a little beside."
+        }
+        EventKind::CutAgain => {
+            "The line goes along an earlier cut, where nothing is left to cut. Draw it farther beside, or across."
+        }
+        EventKind::NotKept => {
+            "The shape was not kept and springs back: the hand had let go, or the model is torn there or was folded through itself. Pull less far, or more slowly."
+        }
+        EventKind::Repaired => {
+            "The model was folded through itself in a few places when its shape was kept. They were smoothed; Ctrl+Z takes the stroke back."
+        }
+        EventKind::Welded if !is_scene => {
+            "Borders that lie together were joined, so the model holds together there. To have them apart, clear \"Join borders that lie together\" under Material and press Apply."
+        }
         // It comes in many steps, each with numbers of its own.
         EventKind::NotConverged => {
-            return "A step was not solved to its tolerance, so what moves may be a little off. A softer material or a longer step helps.".to_owned();
+            "A step was not solved to its tolerance, so what moves may be a little off. A softer material or a longer step helps."
         }
-        _ => return text.to_owned(),
+        EventKind::CutHeld => return with_details("The cut has not parted the model. Draw the line again.", text),
+        EventKind::SplitRefused => return with_details(NOT_SPLIT, text),
+        EventKind::Quarantine => {
+            return with_details("The model stands still from now on. Ctrl+Z takes the stroke back.", text);
+        }
+        _ => text,
     };
-    format!("{advice} ({text})")
+    sentence.to_owned()
+}
+
+/// A stroke of a pressure under which the surface hardly gave way.
+pub const FAINT_STROKE: &str = "The surface hardly gave way to this pressure. Make Strength or the tool larger (keys = and ]), or make the material softer.";
+
+/// A body that is not split.
+const NOT_SPLIT: &str = "The model was not split. A cut parts it that goes right through, from beside it to beside it.";
+
+fn with_details(sentence: &str, details: &str) -> String {
+    format!("{sentence} ({details})")
+}
+
+/// A warning of the session, for people: what to do in the window. `message` is that of the engine, which names keys of a scene file.
+pub fn warning(code: WarningCode, message: &str, is_scene: bool) -> &str {
+    match code {
+        WarningCode::NoForce => "A stroke has met nothing. Begin it on the model.",
+        WarningCode::CutsNothing => {
+            "A line has cut nothing. Draw it across the model, from beside it to beside it; Cut depth says how far behind it the blade reaches."
+        }
+        WarningCode::ChangesNothing => {
+            "A stroke has changed nothing of the model. Make the tool larger or hold it longer."
+        }
+        WarningCode::MovesNoVertex if !is_scene => {
+            "A touch is felt and not seen, for the faces are larger than the tool. Choose \"Divide large faces\" under Material and press Apply, or make the tool larger."
+        }
+        WarningCode::SmallRadius => {
+            "The tool is smaller than the cells of the grid and acts as if it were larger. Make it larger, or choose a higher grid level."
+        }
+        WarningCode::OpenBody if !is_scene => {
+            "Parts of the model are not closed. A cut goes through them as through paper, without a face inside."
+        }
+        WarningCode::CoincidentBorders if !is_scene => {
+            "Borders lie together and are not joined, so the model is in pieces there. Tick \"Join borders that lie together\" under Material and press Apply."
+        }
+        _ => message,
+    }
 }
 
 /// After the first cut that was mirrored.
@@ -376,6 +430,16 @@ pub fn not_dropped(paths: &[impl AsRef<Path>]) -> String {
         "{}: cannot be opened; allowed are models (.obj, .msh, .vtk, .vtu), scenes (.toml) and reference images (.png, .jpg, .jpeg)",
         names(paths)
     )
+}
+
+/// Over the window while a file is dragged over it that would be opened.
+pub fn drop_to_open(path: &Path) -> String {
+    format!("Drop to open {}", names(&[path]))
+}
+
+/// Over the window while an image is dragged over it.
+pub fn drop_as_reference(path: &Path) -> String {
+    format!("Drop to put {} behind the model", names(&[path]))
 }
 
 /// An image that was dropped while no model is open.
@@ -887,4 +951,45 @@ pub fn millinewtons(newtons: f64) -> String {
 /// A force (N) that is hardly felt.
 pub fn micronewtons(newtons: f64) -> String {
     format!("{:.1} \u{b5}N", newtons * 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Texts of the engine as a session gives them, with keys of scene files, numbers and names that the window does not show.
+    #[test]
+    fn what_the_engine_says_is_said_in_words_of_the_window() {
+        let cut = "tool `hand` in body `model`: cut refused: a sliver would be left (smallest angle in degrees): triangle, 0.1412950734463446";
+        let welded = "body `model`: 12 vertices on borders lie where others do and are taken as one with them; `weld = false` leaves the borders apart";
+        let grip = "tool `hand`: it let go for the rest of its stroke: its force was over the `limit` of its edit";
+        let kept = "tool `hand`: it had let go before its edit ended; allowed for `release = \"keep\"` is a force up to the `limit` of the edit";
+        let repaired = "body `model`: 47 cells near [1.000, 2.000, 43.600] mm were inverted; their nodes were moved by at most 269.7 mm";
+        let of_kinds = [
+            (EventKind::CutRefused, cut, "Draw it again"),
+            (EventKind::Welded, welded, WELD),
+            (EventKind::GripLost, grip, "more slowly"),
+            (EventKind::NotKept, kept, "springs back"),
+            (EventKind::Repaired, repaired, "smoothed"),
+        ];
+        for (kind, text, says) in of_kinds {
+            let said = news(kind, text, false);
+            assert!(said.contains(says) && !said.contains(['`', '(']) && !said.contains("mm"), "{kind:?}: {said}");
+        }
+        let of_codes = [
+            (WarningCode::MovesNoVertex, SUBDIVIDE),
+            (WarningCode::CoincidentBorders, WELD),
+            (WarningCode::CutsNothing, CUT_DEPTH),
+            (WarningCode::NoForce, "Begin it on the model"),
+        ];
+        for (code, says) in of_codes {
+            let said = warning(code, "give the body `subdivide = \"auto\"`, `weld = true`", false);
+            assert!(said.contains(says) && !said.contains('`'), "{code:?}: {said}");
+        }
+        // A scene has no controls for these; its file is changed.
+        assert_eq!(news(EventKind::Welded, welded, true), welded);
+        assert_eq!(warning(WarningCode::MovesNoVertex, "give it `subdivide`", true), "give it `subdivide`");
+        let place = news(EventKind::CutHeld, "parts still hold together near [1.000, 2.000, 3.000] mm", false);
+        assert!(place.contains("near [1.000, 2.000, 3.000] mm"), "{place}");
+    }
 }

@@ -63,8 +63,9 @@ const PEAK_SHARE: f64 = 4.0;
 const SHEET_COUPLING: f64 = 200.0;
 /// Plugin of the material of a tetrahedral mesh.
 const TETRAHEDRAL_PLUGIN: &str = "neo-hookean";
-/// Pressure of an inflating stroke relative to Young's modulus: a bulge of about a twelfth of the region's radius, three times as high at the greatest strength.
-const PRESSURE_SHARE: f64 = 0.15;
+/// Pressure of an inflating stroke relative to Young's modulus: a bulge of about a seventh of the region's radius, which is seen at once, and three times as high at the
+/// greatest strength.
+const PRESSURE_SHARE: f64 = 0.25;
 /// Pressure of an inflating stroke on a sheet, some twenty times the weight of a cloth, Pa.
 const SHEET_PRESSURE: f64 = 50.0;
 /// Speed below which a body comes to rest, in sizes of the model per second. A sheet of 100 mm that swings freely, once in a second, is so slow for 0.1 s at the

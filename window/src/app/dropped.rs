@@ -1,13 +1,46 @@
-//! Files that are dropped on the window.
+//! Files that are dragged over the window and dropped on it.
 
 use super::App;
 use crate::opening::is_model_name;
 use crate::reference::is_image;
 use crate::strings;
-use eframe::egui;
+use eframe::egui::{self, Align2, Color32, FontId, Stroke, StrokeKind};
 use std::path::{Path, PathBuf};
 
+/// Width of the frame around the window while files are dragged over it, points.
+const FRAME: f32 = 4.0;
+/// Colours of the frame: of what can be opened, and of what cannot.
+const FRAME_COLOURS: [Color32; 2] = [Color32::from_rgb(110, 190, 255), Color32::from_rgb(240, 110, 90)];
+
 impl App {
+    /// A frame around the window while files are dragged over it, and what becomes of them if they are dropped.
+    pub(super) fn hovered_files(&self, context: &egui::Context) {
+        let hovered: Vec<PathBuf> =
+            context.input(|input| input.raw.hovered_files.iter().filter_map(|file| file.path.clone()).collect());
+        if hovered.is_empty() {
+            return;
+        }
+        let (text, is_taken) = match taken_of(&hovered) {
+            Some(taken) if is_model_name(taken) => (strings::drop_to_open(taken), true),
+            Some(taken) if self.model.is_none() => (strings::image_without_model(taken), false),
+            Some(taken) => (strings::drop_as_reference(taken), true),
+            None => (strings::not_dropped(&hovered), false),
+        };
+        let colour = FRAME_COLOURS[usize::from(!is_taken)];
+        let (rect, id) = (context.content_rect(), egui::Id::unique("hovered"));
+        let painter = context.layer_painter(egui::LayerId::new(egui::Order::Foreground, id));
+        painter.rect_filled(rect, 0.0, Color32::from_black_alpha(130));
+        painter.rect_stroke(rect, 0.0, Stroke::new(FRAME, colour), StrokeKind::Inside);
+        let galley = painter.layout(text.clone(), FontId::proportional(20.0), colour, 0.8 * rect.width());
+        let at = Align2::CENTER_CENTER.anchor_size(rect.center(), galley.size());
+        painter.galley(at.min, galley, colour);
+        // For those who do not see it.
+        egui::Area::new(id).order(egui::Order::Foreground).interactable(false).show(context, |ui| {
+            let response = ui.allocate_rect(at, egui::Sense::hover());
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &text));
+        });
+    }
+
     /// Opens the first model or scene of the files that were dropped. Where there is none, the first image is shown behind the open model. Files that are left
     /// out are told.
     pub(super) fn dropped_files(&mut self, context: &egui::Context) {

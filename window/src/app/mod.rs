@@ -275,6 +275,7 @@ impl App {
         self.send_symmetry();
         self.viewport(ui);
         self.windows(ui.ctx());
+        self.hovered_files(ui.ctx());
         self.close_requests(ui.ctx());
         self.run_script();
         self.track_hand();

@@ -57,8 +57,9 @@ impl App {
         }
         ui.heading(strings::WARNINGS);
         for warning in &self.status.warnings {
-            let text = format!("[{}] {}", warning.code.name(), warning.message);
-            ui.colored_label(Color32::from_rgb(240, 170, 40), text).on_hover_text(&warning.place);
+            let said = strings::warning(warning.code, &warning.message, self.request.is_scene());
+            let text = format!("[{}] {said}", warning.code.name());
+            ui.colored_label(Color32::from_rgb(240, 170, 40), text).on_hover_text(warning.to_string());
         }
         ui.separator();
     }

@@ -4,6 +4,7 @@ mod autosave;
 mod device_strokes;
 mod early;
 mod export;
+mod faint_stroke;
 mod gauges;
 mod history;
 mod launch;

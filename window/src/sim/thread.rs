@@ -3,6 +3,7 @@
 use super::autosave::Autosave;
 use super::device_strokes::{DeviceStrokes, StrokeChange};
 use super::export::{write_bodies, write_together};
+use super::faint_stroke::FaintStroke;
 use super::gauges::GaugeWindow;
 use super::history::{HistoryStep, StrokeLog};
 use super::messages::{Command, EndedRun, Notice, Notifier, OpenModel, Status};
@@ -91,7 +92,7 @@ fn work(
     let (mut reported, mut noticed) = (f64::NEG_INFINITY, 0);
     let mut session_path: Option<PathBuf> = None;
     let (mut in_stroke, mut warnings, mut told) = (false, session.warnings(), Status::default());
-    let mut was_at_rest = false;
+    let (mut was_at_rest, mut faint_stroke) = (false, FaintStroke::default());
     let mut pending = VecDeque::new();
     // What is asked for while a stroke is under way, and done when it has ended.
     let mut after_stroke = VecDeque::new();
@@ -109,6 +110,11 @@ fn work(
             if let Some(path) = session_path.take() {
                 notifier.send(save_session(&mut session_file, &session, &path));
             }
+        }
+        if let (Some(frame), Some(slot)) = (session.frame().tools.first(), session.tools.first())
+            && faint_stroke.update(frame, slot.tool.proxy.radius())
+        {
+            notifier.send(Notice::Message(strings::FAINT_STROKE.to_owned()));
         }
         let now = live.seconds();
         let (mut changed, mut save_now) = (false, false);
@@ -260,7 +266,7 @@ fn work(
             }
             let news = session.events.described().iter().skip(noticed).filter(|(kind, _)| is_news(*kind, has_device));
             for (kind, event) in news {
-                notifier.send(Notice::Message(strings::news(*kind, &event.text)));
+                notifier.send(Notice::Message(strings::news(*kind, &event.text, request.is_scene())));
             }
             noticed = session.events.described().len();
         }
@@ -364,6 +370,7 @@ fn is_news(kind: EventKind, has_device: bool) -> bool {
         | EventKind::CollisionsLeft
         | EventKind::ElementsFailed
         | EventKind::Model
+        | EventKind::Welded
         | EventKind::NotKept
         | EventKind::Repaired => true,
     }

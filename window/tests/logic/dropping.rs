@@ -1,6 +1,7 @@
-//! Files that are dropped on the window.
+//! Files that are dragged over the window and dropped on it.
 
 use crate::common::{Dropped, MIDDLE, ball, sheet, stroke, wait, window, window_with};
+use eframe::egui::HoveredFile;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use pliant_window::app::App;
@@ -42,6 +43,38 @@ fn a_file_that_is_no_model_is_named_and_the_open_model_stays() {
         harness.run_steps(2);
         let state = harness.state();
         assert!(state.error().is_none() && state.is_open() && state.status().done == 1, "{paths:?}");
+    }
+}
+
+/// What is said over the window while files are dragged over it is what becomes of them when they are dropped.
+#[test]
+fn files_that_are_dragged_over_the_window_are_announced() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = ball(folder.path());
+    let [notes, image, other] = ["notes.txt", "side.png", "other.obj"].map(|name| folder.path().join(name));
+    let hover = |harness: &mut Harness<'_, App>, paths: &[&Path]| {
+        let hovered = paths.iter().map(|path| HoveredFile { path: Some(path.to_path_buf()), ..HoveredFile::default() });
+        harness.input_mut().hovered_files = hovered.collect();
+        harness.run_steps(3);
+    };
+    let no_model = window_with(Arguments { path: None, ..crate::common::arguments(&path) });
+    let mut with_model = window(&path);
+    wait(&mut with_model, "the model", App::is_open);
+    for (mut harness, of_image) in
+        [(no_model, strings::image_without_model(&image)), (with_model, strings::drop_as_reference(&image))]
+    {
+        let cases = [
+            (vec![&*other], strings::drop_to_open(&other)),
+            (vec![&*image, &*other], strings::drop_to_open(&other)),
+            (vec![&*image], of_image),
+            (vec![&*notes], strings::not_dropped(&[&notes])),
+        ];
+        for (paths, text) in cases {
+            hover(&mut harness, &paths);
+            assert!(harness.query_by_label(&text).is_some(), "{paths:?}: {text}");
+            hover(&mut harness, &[]);
+            assert!(harness.query_by_label(&text).is_none(), "{paths:?}: they have gone");
+        }
     }
 }
 

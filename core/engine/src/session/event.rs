@@ -66,7 +66,9 @@ pub enum EventKind {
     ElementsFailed,
     /// A model has a defect.
     Model,
-    /// A shape was to be kept but springs back, because elements of the solid have failed.
+    /// Vertices of a model's borders that lie where others do are taken as one with them.
+    Welded,
+    /// A shape was to be kept but springs back, because elements of the solid have failed, cells of it are inverted, or the hand had let go.
     NotKept,
     /// A shape that was kept had inverted or flat cells, which were repaired.
     Repaired,

@@ -58,7 +58,7 @@ impl Opening<'_> {
     fn report_defects(&mut self, name: &str, model: &Model) {
         let welded = model.document.welds().len();
         if welded > 0 {
-            self.events.add(EventKind::Model, 0.0, || {
+            self.events.add(EventKind::Welded, 0.0, || {
                 format!(
                     "body `{name}`: {welded} vertices on borders lie where others do and are taken as one with them; `weld = false` leaves the borders apart"
                 )
