@@ -9,6 +9,7 @@ import pliant
 
 from .editing import BODY, MeshArrays
 from .mesh_io import set_coordinates, to_object, to_scene_matrix
+from .walls import Walls
 
 # Material slot of the faces that a cut makes inside of a mesh.
 CAP_MATERIAL = "Cut"
@@ -16,18 +17,23 @@ CAP_MATERIAL = "Cut"
 
 def take_cut(obj: bpy.types.Object, before: MeshArrays, session: pliant.Session) -> None:
     """Give an object the topology that cuts have made of it. Faces without a cut stay as they are, with all their layers; pieces of the
-    others get texture coordinates, colours, weights and shape keys by interpolation in the face they are of, and walls of the cut
-    a material of their own.
+    others get texture coordinates, colours, weights and shape keys by interpolation in the face they are of. Walls of the cut have
+    a material of their own, and what vertices have goes on over them from their border.
     """
     pieces = session.mesh(BODY)
     rest = session.rest_positions(BODY)
-    slot = _cap_slot(obj) if (pieces.face_of >= len(before.counts)).any() else 0
+    is_wall = pieces.face_of >= len(before.counts)
+    on_faces = np.zeros(len(rest), dtype=bool)
+    on_faces[pieces.triangles[~is_wall]] = True
+    slot = _cap_slot(obj) if is_wall.any() else 0
     mesh = bmesh.new()
     try:
         mesh.from_mesh(obj.data)
         is_mirrored = np.linalg.det(to_scene_matrix(obj)[:3, :3]) < 0
         triangles = pieces.triangles[:, ::-1] if is_mirrored else pieces.triangles
-        _rebuild(mesh, before, (triangles.astype(np.int64), pieces.face_of), rest, slot)
+        triangles = triangles.astype(np.int64)
+        _rebuild(mesh, before, (triangles, pieces.face_of), rest, slot)
+        _extend_over_walls(mesh, Walls(triangles[is_wall], rest, on_faces), to_object(obj, rest))
         mesh.to_mesh(obj.data)
     finally:
         mesh.free()
@@ -65,8 +71,9 @@ def _rebuild(
             for vertex, row in zip(triangle, rows, strict=True):
                 if vertex >= known:
                     parents.setdefault(int(vertex), (faces[face], row))
+    vertices = list(mesh.verts)
     for vertex in range(known, len(rest)):
-        _new_vertex(mesh, parents.get(vertex), known)
+        _new_vertex(mesh, parents.get(vertex), vertices)
     mesh.verts.ensure_lookup_table()
     old = list(mesh.faces)
     turned = {face for face in cut if _is_turned(old[face], of_face.get(face, []), rest)}
@@ -120,13 +127,14 @@ def _weights(triangle: np.ndarray, face: list[int], rest: np.ndarray) -> np.ndar
     return rows
 
 
-def _new_vertex(mesh: bmesh.types.BMesh, parent: tuple[list[int], np.ndarray] | None, known: int) -> None:
+def _new_vertex(
+    mesh: bmesh.types.BMesh, parent: tuple[list[int], np.ndarray] | None, vertices: list[bmesh.types.BMVert]
+) -> None:
     if parent is None:
         mesh.verts.new((0.0, 0.0, 0.0))
         return
-    mesh.verts.ensure_lookup_table()
     numbers, weights = parent
-    parents = [mesh.verts[int(number)] for number in numbers]
+    parents = [vertices[int(number)] for number in numbers]
     vertex = mesh.verts.new((0.0, 0.0, 0.0), parents[int(weights.argmax())])
     deform = mesh.verts.layers.deform.active
     if deform is not None:
@@ -137,11 +145,53 @@ def _new_vertex(mesh: bmesh.types.BMesh, parent: tuple[list[int], np.ndarray] | 
         vertex[deform].clear()
         for group, value in groups.items():
             vertex[deform][group] = value
+    # Blender adds to every shape key what the basis differs by from the places of the vertices, so these have to fit.
+    vertex.co = _mean([other.co for other in parents], weights)
     for layer in mesh.verts.layers.shape.values():
-        vertex[layer] = tuple(sum(w * np.array(other[layer]) for other, w in zip(parents, weights, strict=True)))
-    for layers in (mesh.verts.layers.float, mesh.verts.layers.float_color, mesh.verts.layers.color):
-        for layer in layers.values():
-            vertex[layer] = _mean([other[layer] for other in parents], weights)
+        vertex[layer] = _mean([other[layer] for other in parents], weights)
+    for layer in _averaged_layers(mesh):
+        vertex[layer] = _mean([other[layer] for other in parents], weights)
+
+
+def _averaged_layers(mesh: bmesh.types.BMesh) -> list[bmesh.types.BMLayerItem]:
+    """Layers of vertices whose values have means."""
+    layers = mesh.verts.layers
+    return [layer for kind in (layers.float, layers.float_color, layers.color, layers.float_vector) for layer in kind.values()]
+
+
+def _extend_over_walls(mesh: bmesh.types.BMesh, walls: Walls, rest: np.ndarray) -> None:
+    """Give vertices inside of walls what their borders have. A shape key is extended as its displacement from rest (n x 3, of the object)."""
+    if not len(walls.inner):
+        return
+    mesh.verts.ensure_lookup_table()
+    border, inner = ([mesh.verts[int(vertex)] for vertex in part] for part in (walls.border, walls.inner))
+    deform = mesh.verts.layers.deform.active
+    if deform is not None:
+        groups = sorted({group for vertex in border for group in vertex[deform].keys()})
+        weights = np.array([[vertex[deform].get(group, 0.0) for group in groups] for vertex in border])
+        for vertex, row in zip(inner, walls.extend(weights.reshape(len(border), len(groups))), strict=True):
+            for group, weight in zip(groups, row, strict=True):
+                if weight > 0.0:
+                    vertex[deform][group] = min(float(weight), 1.0)
+    for vertex, place in zip(inner, _extended_places(walls, rest, [vertex.co for vertex in border]), strict=True):
+        vertex.co = place
+    for layer in mesh.verts.layers.shape.values():
+        for vertex, place in zip(inner, _extended_places(walls, rest, [vertex[layer] for vertex in border]), strict=True):
+            vertex[layer] = place
+    for layer in _averaged_layers(mesh):
+        values = np.array([_row(vertex[layer]) for vertex in border])
+        for vertex, row in zip(inner, walls.extend(values), strict=True):
+            vertex[layer] = float(row[0]) if isinstance(vertex[layer], float) else tuple(row)
+
+
+def _extended_places(walls: Walls, rest: np.ndarray, border: list) -> np.ndarray:
+    """Places of the vertices inside of walls for those of the border, by displacements from rest."""
+    moved = np.array([tuple(place) for place in border]).reshape(-1, 3) - rest[walls.border]
+    return rest[walls.inner] + walls.extend(moved)
+
+
+def _row(value) -> tuple[float, ...]:
+    return (value,) if isinstance(value, float) else tuple(value)
 
 
 def _new_face(

@@ -100,6 +100,9 @@ def test_a_grab_pulls_out_and_undo_takes_it_back(empty):
 def test_a_cut_parts_a_cube_and_keeps_what_it_had(empty):
     obj = add_grid_cube(cuts=6)
     name = obj.name
+    obj.shape_key_add(name="Basis")
+    for point in obj.shape_key_add(name="large").data:
+        point.co *= 2.0
     bpy.ops.ed.undo_push(message="start")
     faces, vertices = len(obj.data.polygons), len(obj.data.vertices)
     editing = empty.mode.Editing(obj)
@@ -131,12 +134,19 @@ def test_a_cut_parts_a_cube_and_keeps_what_it_had(empty):
     fit, *_ = np.linalg.lstsq(rows[:, :3], rows[:, 3:], rcond=None)
     # A side is a quarter of the texture; the blade has moved what is near it by up to a hundredth of the side.
     assert np.abs(rows[:, :3] @ fit - rows[:, 3:]).max() < 0.01 * 0.25
-    low = obj.vertex_groups["low"].index
-    for vertex in mesh.vertices:
-        weights = {g.group: g.weight for g in vertex.groups}
-        inside = abs(vertex.co.x) < 0.0999 and abs(vertex.co.z) < 0.0999 and abs(vertex.co.y) < 0.0999
-        if not inside and abs(vertex.co.z) > 0.05:
-            assert weights.get(low, 0.0) == pytest.approx(float(vertex.co.z < 0))
+    weights = empty.mesh_io.group_weights(obj, "low")
+    on_faces = {v for p in mesh.polygons if p.material_index == 0 for v in p.vertices}
+    for vertex in on_faces:
+        z = mesh.vertices[vertex].co.z
+        assert abs(z) < 0.05 or weights[vertex] == pytest.approx(float(z < 0))
+    # What vertices have goes on over a wall, which has some inside.
+    inner = np.array([v.index for v in mesh.vertices if v.index not in on_faces])
+    heights = coordinates(obj)[inner, 2]
+    assert len(inner) > 20 and (weights[inner] >= 0.0).all() and (weights[inner] <= 1.0).all()
+    assert weights[inner[heights < -0.04]].min() > 0.5 > weights[inner[heights > 0.04]].max()
+    # Twice the size everywhere, to what the blade has moved and the extension does not give back of a linear function.
+    large = np.array([point.co for point in mesh.shape_keys.key_blocks["large"].data])
+    assert np.abs(large - 2.0 * coordinates(obj)).max() < 0.02
     # No face is left without its neighbour.
     assert mesh.validate() is False
     whole = bmesh.new()
