@@ -89,6 +89,9 @@ fn plugin_lines(p: &PluginInfo, path: &Path, sources: &[ChoiceSource]) -> Vec<St
         format!("  {}", p.summary),
         format!("  {}", path.display()),
     ];
+    if p.whole_lists {
+        lines.push("  gets whole lists: all elements of a kind in each call, and one call at a time".into());
+    }
     for (index, param) in p.params.iter().enumerate() {
         lines.push(format!("  {:<18} {}", param.key, param.summary));
         lines.push(format!("  {:<18}   {}{}", "", param.allowed(), default_text(param)));
@@ -156,6 +159,7 @@ fn plugin_json(p: &PluginInfo, path: &Path, sources: &[ChoiceSource]) -> Value {
         "path": path.display().to_string(),
         "real_time": p.real_time,
         "deterministic": p.deterministic,
+        "whole_lists": p.whole_lists,
         "params": params.collect::<Vec<_>>(),
     })
 }

@@ -80,6 +80,10 @@ typedef struct pliant_param { /* declaration of one parameter; the struct has no
 #define PLIANT_KIND_CONTACT_LAW 4u /* since 1.1 */
 #define PLIANT_FLAG_REAL_TIME     1u /* [sim] and [servo] calls meet the rules above */
 #define PLIANT_FLAG_DETERMINISTIC 2u /* same inputs, same bytes, on the same binary */
+#define PLIANT_FLAG_WHOLE_LISTS   4u /* of a material, since 1.1: a call has all elements of its kind, and the host makes one call of the instance
+                                      * at a time, as suits a law whose calls have a cost of their own: on a GPU, or through the library of a
+                                      * neural network. Not with PLIANT_CAN_FAIL. A host that does not know the flag divides the list between
+                                      * calls of several threads, so results must not depend on ranges here either. */
 
 typedef struct pliant_descriptor {    /* what is known of a plugin before an instance exists; lives as long as the library */
   size_t size;

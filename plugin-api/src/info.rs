@@ -20,12 +20,12 @@ pub struct Info {
 }
 
 impl Info {
-    /// The descriptor of a plugin of a `kind`, [`abi::KIND_MATERIAL`] and so on.
-    pub(crate) const fn descriptor(self, kind: u32) -> abi::Descriptor {
+    /// The descriptor of a plugin of a `kind`, [`abi::KIND_MATERIAL`] and so on, with more `flags` than every Rust plugin has.
+    pub(crate) const fn descriptor(self, kind: u32, flags: u32) -> abi::Descriptor {
         abi::Descriptor {
             size: size_of::<abi::Descriptor>(),
             kind,
-            flags: abi::FLAG_REAL_TIME | abi::FLAG_DETERMINISTIC,
+            flags: abi::FLAG_REAL_TIME | abi::FLAG_DETERMINISTIC | flags,
             id: self.id.as_ptr(),
             name: self.name.as_ptr(),
             version: self.version.as_ptr(),

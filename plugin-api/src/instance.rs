@@ -21,6 +21,8 @@ pub trait Role: Sized + 'static {
     const INFO: Info;
     /// [`abi::KIND_MATERIAL`], [`abi::KIND_GRID`], [`abi::KIND_DEVICE`] or [`abi::KIND_CONTACT_LAW`].
     const KIND: u32;
+    /// Flags of the descriptor that not every plugin has ([`abi::FLAG_WHOLE_LISTS`]).
+    const FLAGS: u32 = 0;
     /// Id of the extension every instance of this kind offers.
     const EXTENSION: &'static CStr;
     /// Function table of that extension.
@@ -40,7 +42,7 @@ pub trait Role: Sized + 'static {
 pub struct DescriptorOf<R>(core::marker::PhantomData<R>);
 
 impl<R: Role> DescriptorOf<R> {
-    const SHARED: &'static abi::Shared<abi::Descriptor> = &abi::Shared(R::INFO.descriptor(R::KIND));
+    const SHARED: &'static abi::Shared<abi::Descriptor> = &abi::Shared(R::INFO.descriptor(R::KIND, R::FLAGS));
     /// Function that gives a pointer to the descriptor.
     pub const GET: fn() -> *const abi::Descriptor = || &raw const Self::SHARED.0;
 }

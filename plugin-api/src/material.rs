@@ -84,6 +84,10 @@ pub trait Material: Send + Sync + Sized + 'static {
     /// Sources of the numbers behind choices.
     const SOURCES: &'static [Source] = &[];
 
+    /// Whether each call is to have all elements of its kind, with one call of an instance at a time: for a law whose calls have a cost of their own, as
+    /// on a GPU. Elements cannot fail then, and results must not depend on ranges: older hosts divide the list.
+    const WANTS_WHOLE_LISTS: bool = false;
+
     /// A material with these parameters. Its last chance to allocate.
     ///
     /// # Errors
@@ -241,6 +245,7 @@ impl<T: Material> Role for AsMaterial<T> {
     type Object = ActiveMaterial<T>;
     const INFO: Info = T::INFO;
     const KIND: u32 = abi::KIND_MATERIAL;
+    const FLAGS: u32 = if T::WANTS_WHOLE_LISTS { abi::FLAG_WHOLE_LISTS } else { 0 };
     const EXTENSION: &'static CStr = abi::MATERIAL;
 
     fn table() -> *const c_void {

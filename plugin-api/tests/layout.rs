@@ -16,8 +16,13 @@ macro_rules! layout {
     )+};
 }
 
+macro_rules! constants {
+    ($out:ident, $($name:ident)+) => {$(writeln!($out, "PLIANT_{} value {}", stringify!($name), $name).unwrap();)+};
+}
+
 fn rust_layout() -> String {
     let mut out = String::new();
+    constants! { out, FLAG_REAL_TIME FLAG_DETERMINISTIC FLAG_WHOLE_LISTS }
     layout! { out,
         Host = "pliant_host" { size, abi_major, abi_minor, data, report }
         Param = "pliant_param" { kind, key, unit, summary, min, max, fallback, choices, flags }
@@ -82,6 +87,9 @@ fn c_assertions(golden: &str) -> String {
                 writeln!(c, "_Static_assert(sizeof({name}) == {size}, \"{line}\");").unwrap();
                 writeln!(c, "_Static_assert(_Alignof({name}) == {align}, \"{line}\");").unwrap();
             }
+            [name, "value", value] => {
+                writeln!(c, "_Static_assert({name} == {value}, \"{line}\");").unwrap();
+            }
             [place, offset] => {
                 let (name, field) = place.split_once('.').unwrap();
                 writeln!(c, "_Static_assert(offsetof({name}, {field}) == {offset}, \"{line}\");").unwrap();
@@ -112,7 +120,9 @@ fn header_matches_the_golden() {
         return;
     };
     assert!(good, "include/pliant.h does not have the layout of tests/layout.txt");
-    let broken = golden.replace("pliant_batch.nodes 56", "pliant_batch.nodes 64");
-    assert_ne!(broken, golden, "the broken golden must differ");
-    assert_eq!(compiles(&c_assertions(&broken)), Some(false), "a wrong offset must not compile");
+    for (right, wrong) in [("pliant_batch.nodes 56", "pliant_batch.nodes 64"), ("LISTS value 4", "LISTS value 8")] {
+        let broken = golden.replace(right, wrong);
+        assert_ne!(broken, golden, "the broken golden must differ");
+        assert_eq!(compiles(&c_assertions(&broken)), Some(false), "{wrong} must not compile");
+    }
 }

@@ -23,6 +23,11 @@ impl Material {
             let text = "elements that can fail need a history, and have neither coupled bending nor normals";
             return Err(self.instance.error("elements", text));
         }
+        if self.info().whole_lists {
+            let text =
+                "elements that can fail, where calls are to have whole lists: those that have failed are left out";
+            return Err(self.instance.error("elements", text));
+        }
         let found = self.instance.extension_table(Extension::new::<abi::Failure>(abi::FAILURE));
         // SAFETY: at least as large as the table, and lives as long as the library.
         let table = found.map(|table| unsafe { &*table.cast::<abi::Failure>() });

@@ -29,6 +29,10 @@ impl ForceModel for Material {
         self.instance.inbox().forget_element_warning();
     }
 
+    fn wants_whole_lists(&self) -> bool {
+        self.info().whole_lists
+    }
+
     fn requests(&self) -> &[ElementRequest] {
         &self.requests
     }

@@ -48,6 +48,8 @@ pub struct PluginInfo {
     pub real_time: bool,
     /// Whether equal inputs give equal bytes on one binary.
     pub deterministic: bool,
+    /// Whether a material wants all elements of a kind in each call, and one call at a time.
+    pub whole_lists: bool,
     /// Declared parameters in order.
     pub params: Vec<ParamInfo>,
 }
@@ -257,6 +259,7 @@ impl PluginInfo {
                 summary: text(raw.summary, "summary")?,
                 real_time: raw.flags & abi::FLAG_REAL_TIME != 0,
                 deterministic: raw.flags & abi::FLAG_DETERMINISTIC != 0,
+                whole_lists: kind == PluginKind::Material && raw.flags & abi::FLAG_WHOLE_LISTS != 0,
                 params: (0..raw.param_count).map(|i| ParamInfo::read(&param(i))).collect::<Result<_, _>>()?,
             })
         }

@@ -72,8 +72,8 @@ pub struct ForceError {
 
 /// Elastic and viscous forces of elements, with their derivatives.
 ///
-/// Methods are called from several threads at once, each with a range of elements and the window of nodes they touch. Those with a
-/// default body are called only where a request carries the flag they are named for.
+/// Methods are called from several threads at once, each with a range of elements and the window of nodes they touch, unless the model
+/// [wants whole lists](ForceModel::wants_whole_lists). Those with a default body are called only where a request carries the flag they are named for.
 pub trait ForceModel: Send + Sync {
     /// Name for messages, for example `mass-spring`.
     fn name(&self) -> &str;
@@ -94,6 +94,11 @@ pub trait ForceModel: Send + Sync {
     /// The last warning of the model that is not about its elements, for people; `None` where it gave none.
     fn last_warning(&self) -> Option<String> {
         None
+    }
+
+    /// Whether each call is to have all elements of its kind, and no two calls are to run at once.
+    fn wants_whole_lists(&self) -> bool {
+        false
     }
 
     /// Element kinds the model acts on, with what it computes for each.

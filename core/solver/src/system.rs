@@ -43,7 +43,8 @@ pub struct SystemState<'a> {
 impl System {
     /// A body without nodes.
     pub fn new(material: Box<dyn ForceModel>) -> Self {
-        let sets: Vec<ElementSet> = material.requests().iter().map(|r| ElementSet::new(*r)).collect();
+        let is_whole = material.wants_whole_lists();
+        let sets: Vec<_> = material.requests().iter().map(|r| ElementSet::new(*r, is_whole)).collect();
         let coupled = sets.iter().any(is_coupled_hinges).then(CoupledHinges::default);
         let normals = sets.iter().any(wants_normals).then(NormalsEnergy::default);
         Self { nodes: Nodes::default(), sets, material, matrix: None, coupled, normals }
@@ -243,7 +244,7 @@ impl System {
             let mut next = std::mem::take(&mut set.next_history);
             next.copy_from_slice(&set.history);
             let planes = PlanesMut::new(&mut next, set.request().history_stride as usize);
-            let result = par_planes(pool, pool.halvings(), planes, &|planes| {
+            let result = par_planes(pool, set.halvings(pool), planes, &|planes| {
                 let whole = Chunk { range: planes.range(), window: 0..self.nodes.len() };
                 set.for_each_intact(&whole, |part| set.advance(&*self.material, part, &self.nodes, time, planes))
             });

@@ -98,6 +98,9 @@ pub const KIND_CONTACT_LAW: u32 = 4;
 pub const FLAG_REAL_TIME: u32 = 1;
 /// Flag of a plugin: the same inputs give the same bytes, on the same binary.
 pub const FLAG_DETERMINISTIC: u32 = 2;
+/// Flag of a material, since 1.1: a call has all elements of its kind, and the host makes one call of an instance at a time. Not with
+/// [`CAN_FAIL`]. A host that does not know the flag divides the list between calls of several threads.
+pub const FLAG_WHOLE_LISTS: u32 = 4;
 
 /// What the host offers a plugin. It outlives every instance it is handed to.
 #[repr(C)]
@@ -163,7 +166,7 @@ pub struct Descriptor {
     pub size: usize,
     /// [`KIND_GRID`], [`KIND_MATERIAL`], [`KIND_DEVICE`] or [`KIND_CONTACT_LAW`].
     pub kind: u32,
-    /// Bits [`FLAG_REAL_TIME`] and [`FLAG_DETERMINISTIC`].
+    /// Bits [`FLAG_REAL_TIME`], [`FLAG_DETERMINISTIC`] and [`FLAG_WHOLE_LISTS`].
     pub flags: u32,
     /// Id in kebab-case, with a reversed domain before it once others use it: `"org.lab.springy"`.
     pub id: *const c_char,

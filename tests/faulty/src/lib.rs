@@ -161,6 +161,10 @@ pub mod fault {
     pub const TANGENT_NOT_LINEAR: u8 = 82;
     /// Keeps a factor in a static variable during a call.
     pub const STATIC_SCRATCH: u8 = 83;
+    /// None: springs that want whole lists.
+    pub const WHOLE_LISTS: u8 = 114;
+    /// As [`WHOLE_LISTS`], and leaves out the springs of a list behind the first 16,384.
+    pub const CUTS_LONG_LISTS: u8 = 115;
     /// Allocates in `new` and gives nothing back.
     pub const LEAKS: u8 = 88;
     /// Reads the position behind that of the last node.
@@ -283,6 +287,8 @@ export_plugins!(
     AsMaterial<SpringMaterial<DAMPING_GAINS_WHEN_FAST>>,
     AsMaterial<SpringMaterial<DAMPS_TURNING>>,
     AsMaterial<SpringMaterial<PANICS_IN_ADVANCE>>,
+    AsMaterial<SpringMaterial<WHOLE_LISTS>>,
+    AsMaterial<SpringMaterial<CUTS_LONG_LISTS>>,
     AsMaterial<SpringSheet<NONE>>,
     AsMaterial<SpringSheet<HINGE_GRADIENT_OFF>>,
     AsMaterial<SpringSheet<HINGE_NOT_OBJECTIVE>>,

@@ -8,3 +8,4 @@ mod old_binaries;
 mod plugin_check;
 mod plugin_faults;
 mod plugin_new;
+mod whole_lists;

@@ -144,7 +144,7 @@ impl CoupledHinges {
     pub fn update_strains(&mut self, pool: &Pool, state: SystemState<'_>) -> Result<(), ForceError> {
         let SystemState { material, sets, nodes, time } = state;
         let Some(set) = sets.iter().find(|set| is_coupled_hinges(set)) else { return Ok(()) };
-        par_planes(pool, pool.halvings(), PlanesMut::new(&mut self.planes, PLANES), &|planes| {
+        par_planes(pool, set.halvings(pool), PlanesMut::new(&mut self.planes, PLANES), &|planes| {
             let whole = Chunk { range: planes.range(), window: 0..nodes.len() };
             material.strain(&set.call(&whole, nodes, &nodes.v, time), planes)
         })

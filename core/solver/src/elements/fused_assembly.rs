@@ -50,7 +50,9 @@ impl FusedAssembly {
         let mut passes: Vec<(Vec<usize>, Pass)> = Vec::new();
         for at in (0..sets.len()).filter(|at| which(&sets[*at]) && sets[*at].count() > 0) {
             let own = Pass::new(sets, &[at]);
-            if let Some((before, pass)) = passes.last_mut() {
+            let is_divided = |set: &usize| !sets[*set].is_whole;
+            let before = passes.last_mut().filter(|(before, _)| before.iter().chain([&at]).all(is_divided));
+            if let Some((before, pass)) = before {
                 let all = [&before[..], &[at]].concat();
                 let joint = Pass::new(sets, &all);
                 // A colour more costs less than another pass; with many colours few strips run in parallel.
@@ -105,7 +107,8 @@ impl FusedAssembly {
 impl Pass {
     /// A pass over the sets with the indices `which`, each divided into the number of chunks of the longest list.
     fn new(sets: &[ElementSet], which: &[usize]) -> Self {
-        let count = which.iter().map(|set| chunk_count(sets[*set].count())).max().unwrap_or(0);
+        let chunks = |set: &ElementSet| if set.is_whole { 1 } else { chunk_count(set.count()) };
+        let count = which.iter().map(|set| chunks(&sets[*set])).max().unwrap_or(0);
         let strip = |k: usize| {
             let elements = which.iter().map(|&set| {
                 let parts = sets[set].parts();
@@ -146,7 +149,7 @@ mod tests {
     fn set(kind: u32, nodes: Vec<u32>) -> ElementSet {
         let flags = abi::HAS_FORCES;
         let request = ElementRequest { kind, families: 0, flags, rest_stride: 0, history_stride: 0 };
-        let mut set = ElementSet::new(request);
+        let mut set = ElementSet::new(request, false);
         set.list_mut().nodes = nodes;
         set
     }
@@ -199,6 +202,18 @@ mod tests {
                 assert_eq!(result, want);
             }
         }
+    }
+
+    #[test]
+    fn a_set_that_is_called_as_a_whole_has_a_pass_of_its_own() {
+        let mut sets = sets(10_000, |i| i);
+        sets[2].is_whole = true;
+        let assembly = FusedAssembly::cut(10_100, &sets, |_| true);
+        let strips: Vec<usize> = assembly.passes.iter().map(|pass| pass.strips.len()).collect();
+        assert_eq!(strips, [chunk_count(10_000), 1]);
+        let alike = run(&assembly, &sets, 10_100);
+        sets[2].is_whole = false;
+        assert_eq!(alike, run(&FusedAssembly::cut(10_100, &sets, |_| true), &sets, 10_100));
     }
 
     #[test]

@@ -8,6 +8,7 @@ mod weighted;
 use super::algebra::Vec3;
 use super::nodes::Nodes;
 use crate::force_model::{ElementCall, ForceError, ForceModel, StepTime};
+use crate::threads::Pool;
 use chunk::{Chunk, Schedule};
 use corner_weights::CornerWeights;
 use pliant_plugin_api::{ElementRequest, abi};
@@ -37,6 +38,8 @@ pub struct ElementList {
 pub struct ElementSet {
     /// The request of the material.
     pub(super) request: ElementRequest,
+    /// Whether every call has all elements, and no two calls run at once.
+    pub(super) is_whole: bool,
     /// Number of nodes of an element, k.
     pub(super) corners: usize,
     /// Nodes, sizes and material coordinates of the elements.
@@ -68,10 +71,11 @@ pub struct ElementSet {
 }
 
 impl ElementSet {
-    /// An empty set for a request.
-    pub fn new(request: ElementRequest) -> Self {
+    /// An empty set for a request. With `is_whole` every call has all elements, and no two calls run at once.
+    pub fn new(request: ElementRequest, is_whole: bool) -> Self {
         Self {
             request,
+            is_whole,
             corners: request.corners(),
             list: ElementList::default(),
             rest_data: Vec::new(),
@@ -102,6 +106,11 @@ impl ElementSet {
     /// Number of elements of a stencil.
     pub fn parts(&self) -> usize {
         self.list.weights.map_or(1, CornerWeights::parts)
+    }
+
+    /// Number of times that the list is halved between threads in a call for ranges of planes.
+    pub(super) fn halvings(&self, pool: &Pool) -> u32 {
+        if self.is_whole { 0 } else { pool.halvings() }
     }
 
     /// The span of node indices of a range of elements that begins and ends with a stencil.
@@ -214,7 +223,12 @@ impl ElementSet {
     /// Divides the list into chunks, sets the history to zero and has the material write its rest data.
     pub(super) fn prepare(&mut self, material: &dyn ForceModel, nodes: &Nodes) -> Result<(), ForceError> {
         let count = self.count();
-        self.schedule.cut(&self.list.nodes, self.stencil(), self.parts());
+        if self.is_whole {
+            let whole = (count > 0).then(|| Chunk { range: 0..count, window: self.window(&(0..count)) });
+            self.schedule.assign(whole.into_iter());
+        } else {
+            self.schedule.cut(&self.list.nodes, self.stencil(), self.parts());
+        }
         self.weighted.list(if self.list.weights.is_some() { count } else { 0 });
         self.history.clear();
         self.history.resize(count * self.request.history_stride as usize, 0.0);
@@ -281,3 +295,6 @@ impl ElementSet {
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod whole_list_tests;

@@ -18,7 +18,7 @@ use super::repeatability::{
 };
 use super::{
     Case, CaseResult, NO_EXTREMES, damping, describe_fault, directions, ensure, far_from_rest, fields, guards, history,
-    measure, normals, panics, rest_shape, single, tested,
+    measure, normals, panics, rest_shape, single, tested, whole_lists,
 };
 use crate::abi;
 use crate::material::TangentScale;
@@ -186,6 +186,11 @@ pub(super) const CASES: &[Case] = &[
         run: calls_are_bit_identical,
     },
     Case {
+        name: "whole-lists-are-taken",
+        promise: "a call takes as many elements as a body has, and fewer after more, and gives the bytes of short calls",
+        run: whole_lists::are_taken,
+    },
+    Case {
         name: "results-are-deterministic",
         promise: "a state gives the same bytes whatever was computed before",
         run: state_is_bit_identical,
@@ -238,14 +243,19 @@ pub(super) const EDGE: f64 = 0.01;
 
 /// A small body at rest with the elements the material works on: a sheet for triangles and hinges, else a block.
 pub(super) fn test_body(material: &TestInstance) -> Result<Body, String> {
+    body_of_size(material, 2, 3)
+}
+
+/// As [`test_body`], of `cells` cells or `squares` squares along each side.
+pub(super) fn body_of_size(material: &TestInstance, cells: u32, squares: u32) -> Result<Body, String> {
     let requests = material.element_requests().map_err(describe_fault)?;
     let is_sheet = requests.iter().any(|r| [abi::TRIANGLE, abi::HINGE].contains(&r.kind));
     let families = requests.iter().fold(0, |all, r| all | r.families);
     let body = if is_sheet {
-        let sheet = sheet([3, 3], EDGE);
+        let sheet = sheet([squares; 2], EDGE);
         Body::new(material, sheet.rest.clone(), |r| sheet.elements(r.kind))
     } else {
-        let block = block([2, 2, 2], EDGE, families);
+        let block = block([cells; 3], EDGE, families);
         Body::new(material, block.rest.clone(), |r| block.elements(r.kind))
     };
     let body = body.map_err(|fault| format!("at rest: {}", describe_fault(fault)))?;

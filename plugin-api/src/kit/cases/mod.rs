@@ -22,6 +22,7 @@ mod panics;
 mod repeatability;
 mod rest_shape;
 mod single;
+mod whole_lists;
 
 use super::candidate::{Candidate, Kind};
 use crate::fault::Fault;

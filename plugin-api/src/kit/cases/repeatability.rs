@@ -100,7 +100,7 @@ struct Called<'a>(&'a TestInstance);
 #[allow(unsafe_code, reason = "the instance is a pointer of C")]
 unsafe impl Sync for Called<'_> {}
 
-/// Two threads compute two states at the same time, over and over: each until both have done so often enough, for one that waits for a processor
+/// Two threads compute two states at the same time with one instance, or, where the host makes one call of an instance at a time, each with its own; over and over: each until both have done so often enough, for one that waits for a processor
 /// would meet no other.
 pub(super) fn threads_are_bit_identical(c: &Candidate) -> CaseResult {
     const ROUNDS: usize = 50;
@@ -108,24 +108,29 @@ pub(super) fn threads_are_bit_identical(c: &Candidate) -> CaseResult {
     let (material, body) = moving_body(c)?;
     let mut other = body.clone();
     deform(&mut other, 0.9, 0.2);
-    let called = Called(&material);
-    let alone = |body: &Body| result_bits(called.0, body, usize::MAX).map_err(describe_fault);
-    let expected = [alone(&body)?, alone(&other)?];
-    if [alone(&body)?, alone(&other)?] != expected {
+    let second = match c.descriptor().flags & abi::FLAG_WHOLE_LISTS {
+        0 => None,
+        _ => Some(c.open(&[]).map_err(describe_fault)?),
+    };
+    let called = [Called(&material), Called(second.as_ref().unwrap_or(&material))];
+    let bodies = [&body, &other];
+    let alone = |own: usize| result_bits(called[own].0, bodies[own], usize::MAX).map_err(describe_fault);
+    let expected = [alone(0)?, alone(1)?];
+    if [alone(0)?, alone(1)?] != expected {
         return Err(skipped("results differ without threads too: see `results-are-deterministic`"));
     }
-    let often = |body: &Body| Often::of(called.0, body).map_err(describe_fault);
-    let expected_often = [often(&body)?, often(&other)?];
+    let often = |own: usize| Often::of(called[own].0, bodies[own]).map_err(describe_fault);
+    let expected_often = [often(0)?, often(1)?];
     let done = [const { AtomicUsize::new(0) }; 2];
-    let again = |body: &Body, own: usize| {
-        let called = &called;
+    let again = |own: usize| {
+        let Called(called) = &called[own];
         let is_due = |round: &usize| *round < ROUNDS || done[1 - own].load(Ordering::Relaxed) < ROUNDS;
         let all = (0..MOST_ROUNDS).take_while(is_due).try_for_each(|_| -> Result<(), String> {
             let differs =
                 |what: &str| format!("{what} of a state had other bytes while another thread computed another state");
-            let found = result_bits(called.0, body, usize::MAX).map_err(describe_fault)?;
+            let found = result_bits(called, bodies[own], usize::MAX).map_err(describe_fault)?;
             ensure(found == expected[own], || differs("results"))?;
-            call_often(called.0, body, &expected_often[own], &differs)?;
+            call_often(called, bodies[own], &expected_often[own], &differs)?;
             done[own].fetch_add(1, Ordering::Relaxed);
             Ok(())
         });
@@ -133,9 +138,9 @@ pub(super) fn threads_are_bit_identical(c: &Candidate) -> CaseResult {
         all
     };
     std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new().spawn_scoped(scope, || again(&other, 1));
+        let thread = std::thread::Builder::new().spawn_scoped(scope, || again(1));
         let thread = thread.map_err(|e| format!("a second thread cannot be started: {e}"))?;
-        let here = again(&body, 0);
+        let here = again(0);
         let there = thread.join().map_err(|_| "a thread panicked".to_owned())?;
         here.and(there)
     })?;

@@ -94,11 +94,18 @@ impl Opening<'_> {
         material: &Material,
     ) -> Result<Lattice, SessionError> {
         self.check_tetrahedra(scene, index, shared, material, &cells.facts())?;
-        if cells.corner_weights().is_some() && material.requests().iter().any(|r| r.flags & abi::CAN_FAIL != 0) {
+        let can_fail = material.requests().iter().any(|r| r.flags & abi::CAN_FAIL != 0);
+        let refused = match (cells.corner_weights(), can_fail, material.info().whole_lists) {
+            (Some(_), true, _) => Some("can fail, and its mesh has quadratic tetrahedra of 10 nodes, which cannot"),
+            (Some(_), _, true) => {
+                Some("wants whole lists, and its mesh has quadratic tetrahedra of 10 nodes, which are called in parts")
+            }
+            _ => None,
+        };
+        if let Some(why) = refused {
             let (id, name) = (&material.info().id, scene.name.get_ref());
             let text = format!(
-                "material `{id}` of body `{name}` can fail, and its mesh has quadratic tetrahedra of 10 nodes, which cannot; allowed are tetrahedra \
-                 of 4 nodes (`gmsh -3 -order 1`)"
+                "material `{id}` of body `{name}` {why}; allowed are tetrahedra of 4 nodes (`gmsh -3 -order 1`)"
             );
             return Err(self.source.error(scene.material.plugin.span(), text).into());
         }
