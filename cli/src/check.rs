@@ -2,15 +2,15 @@
 //!
 //! This process never opens the library: each case runs in a child, so a plugin that crashes or hangs fails its case and nothing else. A
 //! child is this program with `--child list`, which times the opening and lists the plugins, or `--child INDEX/CASE`, which runs a case; it answers with a line
-//! of JSON.
+//! of JSON. Before a call that may end it at a page without access, it writes a line of JSON that says what the call did then.
 
 use crate::args::{CheckArgs, Cli};
 use crate::child::{ChildEnd, run_to_end};
 use crate::outcome::{Failure, Outcome};
 use crate::output::{format_seconds, note, print, print_json};
 use crate::search::search_path;
-use pliant_host::{Library, PluginInfo};
-use pliant_plugin_api::kit::{Kind, Verdict, cases};
+use pliant_host::{Library, PluginInfo, protected_memory};
+use pliant_plugin_api::kit::{Kind, ProtectedMemory, Verdict, cases};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -21,6 +21,8 @@ const OPENING: (&str, &str) =
     ("opens-under-100-ms", "the library opens in at most 100 ms, so that listing plugins is not delayed by it");
 /// Longest allowed time to open a library, s.
 const OPENING_SECONDS: f64 = 0.1;
+/// Memory for an array of a test body between pages without access, bytes.
+const PROTECTED_BYTES: usize = 1 << 20;
 /// Number of times opening is timed; the shortest counts, as a busy machine is not the library's fault.
 const OPENINGS: usize = 3;
 
@@ -56,7 +58,10 @@ fn run_in_child(path: &Path, task: &str) -> Result<Outcome, Failure> {
     let unknown = || Failure::input(format!("no case `{task}`; allowed is `list` or INDEX/CASE"));
     let (index, name) = task.split_once('/').ok_or_else(unknown)?;
     let index = index.parse().ok().filter(|i| *i < library.plugins().len()).ok_or_else(unknown)?;
-    let candidate = library.candidate(index);
+    let mut candidate = library.candidate(index);
+    if let Ok(memory) = protected_memory(PROTECTED_BYTES) {
+        candidate = candidate.with_protected_memory(ProtectedMemory::new(memory, announce));
+    }
     let kind = candidate.kind().ok_or_else(unknown)?;
     let case = cases(kind).into_iter().find(|c| c.name == name).ok_or_else(unknown)?;
     let (verdict, why) = match case.run(&candidate) {
@@ -66,6 +71,11 @@ fn run_in_child(path: &Path, task: &str) -> Result<Outcome, Failure> {
     };
     print(&json!({ "verdict": verdict, "why": why }).to_string())?;
     Ok(Outcome::Done)
+}
+
+/// Tells the parent what a call did if it ends this process. A parent that has gone away is met again with the verdict.
+fn announce(call: &str) {
+    let _ = print(&json!({ "ended_by": call }).to_string());
 }
 
 /// Runs every wanted case of every wanted plugin in a child.
@@ -192,8 +202,11 @@ fn ask_child(path: &Path, task: &str, limit: Duration) -> Result<Value, String> 
             let said = stderr.lines().next_back().unwrap_or_default().trim_start_matches("error: ").to_owned();
             Err(if said.is_empty() { format!("the process ended with code {code}") } else { said })
         }
-        end @ (ChildEnd::Signalled { .. } | ChildEnd::TimedOut { .. } | ChildEnd::NotStarted(_)) => {
-            Err(end.to_string())
+        ChildEnd::Signalled { how, stdout } => {
+            let last = stdout.lines().last().and_then(|line| serde_json::from_str::<Value>(line).ok());
+            let call = last.as_ref().and_then(|last| last["ended_by"].as_str()).map(|call| format!("{call}: "));
+            Err(format!("{}the process was ended by {how}", call.unwrap_or_default()))
         }
+        end @ (ChildEnd::TimedOut { .. } | ChildEnd::NotStarted(_)) => Err(end.to_string()),
     }
 }

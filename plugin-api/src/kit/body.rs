@@ -3,7 +3,7 @@
 mod guarded_call;
 mod inputs;
 
-pub(super) use guarded_call::{Function, GuardChange, INPUTS, OUTPUT, PLANES, StrayWrite};
+pub(super) use guarded_call::{AtPage, Function, GuardChange, INPUTS, OUTPUT, PLANES, StrayWrite, Surroundings};
 
 use super::guarded_planes::GuardedPlanes;
 use super::tested_material::{Call, MaterialUnderTest};

@@ -3,6 +3,7 @@
 
 use super::allocations::{allocations, counted, live_counted, malloc_calls, malloc_live};
 use super::instance::TestInstance;
+use super::protected_memory::ProtectedMemory;
 use crate::abi;
 use crate::fault::Fault;
 use crate::instance::{DescriptorOf, Role, create};
@@ -30,6 +31,8 @@ pub struct Candidate {
     create: Create,
     /// Whether it is linked into the program and allocates with the program's allocator.
     is_linked: bool,
+    /// Where arrays lie at pages without access; `None` in a process that must not end by that.
+    protected_memory: Option<ProtectedMemory>,
 }
 
 impl Candidate {
@@ -37,7 +40,12 @@ impl Candidate {
     pub fn of<R: Role>() -> Self {
         let make =
             |host: *const abi::Host, id: &CStr| if id == R::INFO.id { create::<R>(host) } else { core::ptr::null() };
-        Self { descriptor: Box::new(DescriptorOf::<R>::GET), create: Box::new(make), is_linked: true }
+        Self {
+            descriptor: Box::new(DescriptorOf::<R>::GET),
+            create: Box::new(make),
+            is_linked: true,
+            protected_memory: None,
+        }
     }
 
     /// Plugin number `index` of an opened library.
@@ -52,7 +60,19 @@ impl Candidate {
             // SAFETY: [main]; the suite runs on one thread.
             create: Box::new(move |host, id| unsafe { create(host, id.as_ptr()) }),
             is_linked: false,
+            protected_memory: None,
         }
+    }
+
+    /// The same plugin, with memory whose edges it may not cross. A process that only runs one case has it, for the system ends it at such an access.
+    #[must_use]
+    pub fn with_protected_memory(self, memory: ProtectedMemory) -> Self {
+        Self { protected_memory: Some(memory), ..self }
+    }
+
+    /// The memory of [`Candidate::with_protected_memory`].
+    pub(super) fn protected_memory(&self) -> Option<ProtectedMemory> {
+        self.protected_memory
     }
 
     /// The descriptor. Each call asks the plugin again.

@@ -1,5 +1,6 @@
 //! Arrays between guards: values before the first and behind the last, by which the suite finds what a plugin reads and writes outside of an array.
 
+use super::protected_memory::{Edge, ProtectedMemory};
 use crate::abi::{Output, Pose};
 use std::ops::Range;
 use std::sync::Mutex;
@@ -108,6 +109,8 @@ pub(super) struct Guarded<T> {
     values: Vec<T>,
     /// `values` as they were made.
     before: Vec<T>,
+    /// The array at a page without access, which is handed over in the place of the one between guards.
+    at_page: Option<*mut T>,
 }
 
 impl<T: Value> Guarded<T> {
@@ -120,7 +123,13 @@ impl<T: Value> Guarded<T> {
     pub(super) fn with_plane(array: &[T], guard: f64, plane: usize) -> Self {
         let guards = vec![T::of(guard); plane.max(GUARDS)];
         let values = [&guards, array, &guards].concat();
-        Self { guards: guards.len(), before: values.clone(), values }
+        Self { guards: guards.len(), before: values.clone(), values, at_page: None }
+    }
+
+    /// Hands over a copy of the array at the edge of `memory` from now on, until another array is moved there. Returns whether there is such an array.
+    pub(super) fn move_to(&mut self, memory: ProtectedMemory, edge: Edge) -> bool {
+        self.at_page = if self.len() == 0 { None } else { memory.place(self.array(), edge) };
+        self.at_page.is_some()
     }
 
     /// Gives the guard at an offset another number. `offset` counts from the first value of the array.
@@ -147,19 +156,31 @@ impl<T: Value> Guarded<T> {
 
     /// The values that are handed over, without the guards.
     pub(super) fn array(&self) -> &[T] {
-        &self.values[self.range()]
+        match self.at_page {
+            #[allow(unsafe_code, reason = "the array is in memory of the host")]
+            // SAFETY: as many values were copied there, and no other array is there while this one is called with.
+            Some(at) => unsafe { std::slice::from_raw_parts(at, self.len()) },
+            None => &self.values[self.range()],
+        }
     }
 
     /// As [`Guarded::array`].
     pub(super) fn array_mut(&mut self) -> &mut [T] {
-        let range = self.range();
-        &mut self.values[range]
+        let (range, len) = (self.range(), self.len());
+        match self.at_page {
+            #[allow(unsafe_code, reason = "the array is in memory of the host")]
+            // SAFETY: as in `array`.
+            Some(at) => unsafe { std::slice::from_raw_parts_mut(at, len) },
+            None => &mut self.values[range],
+        }
     }
 
     /// Pointer to the first value; null for an array without values.
     pub(super) fn as_ptr(&self) -> *const T {
         // Of the whole, so that a plugin that goes outside of the array meets a guard.
-        if self.len() == 0 { std::ptr::null() } else { self.values.as_ptr().wrapping_add(self.guards) }
+        let guarded =
+            || if self.len() == 0 { std::ptr::null() } else { self.values.as_ptr().wrapping_add(self.guards) };
+        self.at_page.map_or_else(guarded, <*mut T>::cast_const)
     }
 
     /// As [`Guarded::as_ptr`], for an array that the plugin writes.

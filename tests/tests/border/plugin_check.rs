@@ -46,6 +46,27 @@ const READS_PAST: &str = "
     }
     ";
 
+/// A `forces` that reads the position behind the last, or before the first, and does not use it.
+fn looks(at: &str) -> String {
+    format!(
+        "
+    static pliant_status looking(const pliant_plugin *p, const pliant_batch *b, double *force) {{
+      (void)*(const volatile double *)(b->x + {at});
+      return forces(p, b, force);
+    }}
+    "
+    )
+}
+
+/// A `forces` that writes what is there to the force behind the last.
+const WRITES_SAME: &str = "
+    static pliant_status same(const pliant_plugin *p, const pliant_batch *b, double *force) {
+      volatile double *behind = force + 3 * b->nodes;
+      *behind = *behind;
+      return forces(p, b, force);
+    }
+    ";
+
 /// An `energy` that writes to a measure, a change within rounding.
 const WRITES_MEASURE: &str = "
     static pliant_status writing(const pliant_plugin *p, const pliant_batch *b, double *out) {
@@ -84,6 +105,16 @@ fn failed(ran: &Ran) -> Vec<String> {
     let failed = cases.iter().filter(|c| c["verdict"] == "FAILED");
     failed.map(|c| c["case"].as_str().expect("a name").to_owned()).collect()
 }
+
+/// The case that puts arrays next to pages without access.
+const PAGES: &str = "pages-around-arrays-are-left-alone";
+
+/// What is said of the faults that only that case finds.
+const SAID_OF_PAGES: [(&str, &str); 3] = [
+    ("looks_behind", "`forces` of links 0 to 125 touched `x` behind its last value"),
+    ("looks_before", "`forces` of links 0 to 125 touched `x` before its first value"),
+    ("writes_same", "`forces` of links 0 to 125 touched `out` behind its last value"),
+];
 
 #[test]
 #[cfg_attr(not(unix), ignore = "needs a C compiler with the options of GNU and Clang")]
@@ -144,12 +175,20 @@ fn each_violation_of_the_interface_fails_its_case_and_no_other() {
             with_material(WRITES_MEASURE, "forces, tangent").replace(" energy,", " writing,"),
             "arrays-are-kept-to",
         ),
+        ("looks_behind", with_material(&looks("3 * b->nodes"), "looking, tangent"), PAGES),
+        ("looks_before", with_material(&looks("-1"), "looking, tangent"), PAGES),
+        ("writes_same", with_material(WRITES_SAME, "same, tangent"), PAGES),
         ("runs_dry", with("static int opened;\n", "if (++opened > 30) return NULL;"), "opens-many-times"),
     ];
     for (stem, fault, case) in table {
         let library = compile_with_fault(&bench, stem, &fault);
         let ran = bench.pliant(&["plugin", "check", &library, "--json"]).expect(1);
-        assert_eq!(failed(&ran), [case], "{stem}");
+        // What lies outside of an array and changes results is found at a page too.
+        let also: &[&str] = if stem == "reads_past" { &[PAGES] } else { &[] };
+        assert_eq!(failed(&ran), [&[case], also].concat(), "{stem}");
+        if let Some((_, said)) = SAID_OF_PAGES.iter().find(|(name, _)| *name == stem) {
+            assert!(ran.out.contains(said) && ran.out.contains("signal"), "{stem}: {}", ran.out);
+        }
     }
     let library = compile_with_fault(&bench, "sound_after_all", &create_with(""));
     assert_eq!(failed(&bench.pliant(&["plugin", "check", &library, "--json"]).expect(0)), [""; 0]);

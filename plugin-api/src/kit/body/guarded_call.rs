@@ -1,6 +1,7 @@
 //! Calls of a material's functions with every array between guards.
 
 use super::super::guarded::{Guarded, Value, describe_offset};
+use super::super::protected_memory::{Edge, ProtectedMemory};
 use super::super::tested_material::{Call, MaterialUnderTest};
 use super::Body;
 use crate::abi;
@@ -75,6 +76,28 @@ pub(in crate::kit) struct GuardChange {
     pub(in crate::kit) offset: Option<isize>,
 }
 
+/// One array of a call at a page without access, in the place of guards.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::kit) struct AtPage {
+    /// Name of the array.
+    pub(in crate::kit) array: &'static str,
+    /// Where the array is moved to.
+    pub(in crate::kit) memory: ProtectedMemory,
+    /// Which end of it lies at the page.
+    pub(in crate::kit) edge: Edge,
+}
+
+/// What is around the arrays of a call.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::kit) enum Surroundings {
+    /// Guards around all.
+    Guards,
+    /// Guards around all, those of one array with another number.
+    Changed(GuardChange),
+    /// Guards around all but one.
+    Page(AtPage),
+}
+
 /// What a call did.
 #[derive(Clone, Debug)]
 pub(in crate::kit) struct Done {
@@ -134,6 +157,8 @@ trait AnyGuarded {
     fn set_guard(&mut self, offset: isize, number: f64);
     /// See [`Guarded::guard_offsets`]; empty for an array without values, which is not handed over.
     fn guard_offsets(&self) -> Vec<isize>;
+    /// See [`Guarded::move_to`].
+    fn move_to(&mut self, memory: ProtectedMemory, edge: Edge) -> bool;
     /// The first write to the array, of which no value may be changed.
     fn write_into(&self, name: &'static str) -> Option<StrayWrite>;
 }
@@ -145,6 +170,10 @@ impl<T: Value> AnyGuarded for Guarded<T> {
 
     fn guard_offsets(&self) -> Vec<isize> {
         if self.array().is_empty() { Vec::new() } else { Self::guard_offsets(self).collect() }
+    }
+
+    fn move_to(&mut self, memory: ProtectedMemory, edge: Edge) -> bool {
+        Self::move_to(self, memory, edge)
     }
 
     fn write_into(&self, name: &'static str) -> Option<StrayWrite> {
@@ -160,8 +189,8 @@ fn stray_write<T: Value>(name: &'static str, array: &Guarded<T>, is_own: impl Fn
 }
 
 impl Inputs {
-    /// The arrays of a set, with guards that `change` changes.
-    fn new(body: &Body, set: usize, change: Option<GuardChange>) -> Self {
+    /// The arrays of a set.
+    fn new(body: &Body, set: usize, around: Surroundings) -> Self {
         let s = &body.sets[set];
         let is_link = s.request.kind == abi::LINK;
         let normals = match s.request.flags & abi::WANTS_NORMALS != 0 && s.request.kind == abi::TRIANGLE {
@@ -184,13 +213,26 @@ impl Inputs {
             normals: Guarded::new(&normals, GUARD),
             slots: Guarded::new(&slots, 0.0),
         };
-        if let Some(GuardChange { array, number, offset }) = change {
-            for (_, guarded) in inputs.all_mut().into_iter().filter(|(name, _)| *name == array) {
-                let offsets = offset.map_or_else(|| guarded.guard_offsets(), |offset| vec![offset]);
-                offsets.into_iter().for_each(|offset| guarded.set_guard(offset, number));
+        match around {
+            Surroundings::Guards => {}
+            Surroundings::Changed(GuardChange { array, number, offset }) => {
+                if let Some(guarded) = inputs.named(array) {
+                    let offsets = offset.map_or_else(|| guarded.guard_offsets(), |offset| vec![offset]);
+                    offsets.into_iter().for_each(|offset| guarded.set_guard(offset, number));
+                }
+            }
+            Surroundings::Page(AtPage { array, memory, edge }) => {
+                if let Some(guarded) = inputs.named(array) {
+                    guarded.move_to(memory, edge);
+                }
             }
         }
         inputs
+    }
+
+    /// The array with a name, if it is an input.
+    fn named(&mut self, array: &str) -> Option<&mut dyn AnyGuarded> {
+        self.all_mut().into_iter().find(|(name, _)| *name == array).map(|(_, guarded)| guarded)
     }
 
     /// All arrays with their names.
@@ -265,16 +307,16 @@ impl Body {
         }
     }
 
-    /// Calls a function for a range of a set's elements, with all arrays between guards.
+    /// Calls a function for a range of a set's elements, with all arrays between guards, or one at a page without access.
     pub(in crate::kit) fn guarded_call<S: MaterialUnderTest + ?Sized>(
         &self,
         material: &S,
         set: usize,
         function: Function,
         range: Range<usize>,
-        change: Option<GuardChange>,
+        around: Surroundings,
     ) -> Done {
-        let inputs = Inputs::new(self, set, change);
+        let inputs = Inputs::new(self, set, around);
         let call = inputs.call(self, set, range.clone());
         let s = &self.sets[set];
         let (count, nodes) = (s.count(), self.rest.len());
@@ -294,7 +336,7 @@ impl Body {
         let planes = |number: usize| vec![f64::NAN; number * count];
         let (slots, normals) = (inputs.slots.array(), inputs.normals.array());
         let of_planes = |start: Vec<f64>, fill: &dyn Fn(&mut [f64]) -> Result<(), Fault>| {
-            finish(Guarded::with_plane(&start, GUARD, count), fill, is_own_value)
+            finish(around, Guarded::with_plane(&start, GUARD, count), fill, is_own_value)
         };
         let (bits, written) = match function {
             Function::Rest => {
@@ -307,27 +349,27 @@ impl Body {
             }
             Function::Mass => {
                 let start: Vec<f64> = (0..nodes).map(node_start).collect();
-                finish(Guarded::new(&start, GUARD), &|out| material.call_mass(&call, out), is_own_node)
+                finish(around, Guarded::new(&start, GUARD), &|out| material.call_mass(&call, out), is_own_node)
             }
             Function::Energy => (material.call_energy(&call).map(|e| vec![e.to_bits()]).map_err(text), None),
             Function::Forces => {
                 let start: Vec<[f64; 3]> = (0..nodes).map(|n| [node_start(n); 3]).collect();
-                finish(Guarded::new(&start, GUARD), &|out| material.call_forces(&call, out), is_own_node)
+                finish(around, Guarded::new(&start, GUARD), &|out| material.call_forces(&call, out), is_own_node)
             }
             Function::Tangent => {
                 let start: Vec<[f64; 9]> = (0..slots.len()).map(|b| [block_start(b); 9]).collect();
                 let fill = |out: &mut [[f64; 9]]| material.call_tangent(&call, scale, slots, out);
-                finish(Guarded::new(&start, GUARD), &fill, is_own_block)
+                finish(around, Guarded::new(&start, GUARD), &fill, is_own_block)
             }
             Function::SingleTangent => {
                 let start: Vec<[f32; 9]> = (0..slots.len()).map(|b| [block_start(b) as f32; 9]).collect();
                 let fill = |out: &mut [[f32; 9]]| material.call_single_tangent(&call, scale, slots, out);
-                finish(Guarded::new(&start, GUARD), &fill, is_own_block)
+                finish(around, Guarded::new(&start, GUARD), &fill, is_own_block)
             }
             Function::Advance => of_planes(s.history.planes().to_vec(), &|out| material.call_advance(&call, out)),
             Function::Failed => {
                 let start = vec![0xa5_u8; count];
-                finish(Guarded::new(&start, 165.0), &|out| material.call_failed(&call, out), is_own_value)
+                finish(around, Guarded::new(&start, 165.0), &|out| material.call_failed(&call, out), is_own_value)
             }
             Function::Strain => of_planes(planes(13), &|out| material.call_strain(&call, out)),
             Function::Compliance => of_planes(planes(6), &|out| material.call_compliance(&call, out)),
@@ -337,7 +379,7 @@ impl Body {
             Function::NormalsForces => {
                 let start: Vec<[f64; 6]> = (0..nodes).map(|n| [node_start(n); 6]).collect();
                 let fill = |out: &mut [[f64; 6]]| material.call_normals_forces(&call, normals, out);
-                finish(Guarded::new(&start, GUARD), &fill, is_own_node)
+                finish(around, Guarded::new(&start, GUARD), &fill, is_own_node)
             }
             Function::Tilt => of_planes(planes(3), &|out| material.call_tilt(&call, out)),
         };
@@ -346,9 +388,8 @@ impl Body {
 
     /// Offsets of the guards of an array of a set.
     pub(in crate::kit) fn guard_offsets(&self, set: usize, array: &str) -> Vec<isize> {
-        let mut inputs = Inputs::new(self, set, None);
-        let found = inputs.all_mut().into_iter().find(|(name, _)| *name == array);
-        found.map_or_else(Vec::new, |(_, guarded)| guarded.guard_offsets())
+        let mut inputs = Inputs::new(self, set, Surroundings::Guards);
+        inputs.named(array).map_or_else(Vec::new, |guarded| guarded.guard_offsets())
     }
 
     /// Where a guard of an array of a set lies.
@@ -365,10 +406,14 @@ fn text(fault: Fault) -> String {
 
 /// Bits of what `fill` writes into an output, and its first write that is not its own.
 fn finish<T: Value>(
+    around: Surroundings,
     mut out: Guarded<T>,
     fill: &dyn Fn(&mut [T]) -> Result<(), Fault>,
     is_own: impl Fn(usize) -> bool,
 ) -> (Result<Vec<u64>, String>, Option<StrayWrite>) {
+    if let Surroundings::Page(AtPage { array: OUTPUT, memory, edge }) = around {
+        out.move_to(memory, edge);
+    }
     let result = fill(out.array_mut());
     let bits = result.map(|()| out.array().iter().flat_map(|value| value.bits()).collect()).map_err(text);
     (bits, stray_write(OUTPUT, &out, is_own))

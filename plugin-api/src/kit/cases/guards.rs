@@ -1,7 +1,7 @@
 //! The cases for the arrays that a call is given: nothing around them is read or written, inputs stay as they are, and a call writes to what belongs to its own
 //! elements alone.
 
-use super::super::body::{Body, Function, GuardChange, INPUTS, OUTPUT, PLANES, StrayWrite};
+use super::super::body::{Body, Function, GuardChange, INPUTS, OUTPUT, PLANES, StrayWrite, Surroundings};
 use super::super::candidate::Candidate;
 use super::super::instance::TestInstance;
 use super::material::{default_body, deform, set_moving};
@@ -15,7 +15,7 @@ const NUMBERS: [f64; 2] = [1e3, f64::NAN];
 const INTEGERS: [f64; 2] = [1.0, 2.0];
 
 /// A body that is deformed and moves, with a history and with fields.
-fn moving_body(c: &Candidate) -> Result<(TestInstance, Body), String> {
+pub(super) fn moving_body(c: &Candidate) -> Result<(TestInstance, Body), String> {
     let (material, mut body) = default_body(c)?;
     let fields = c.params().iter().filter(|p| p.flags & abi::PARAM_FIELD != 0).count();
     body.set_fields(&material, fields, |_, _| 1.25).map_err(describe_fault)?;
@@ -26,14 +26,14 @@ fn moving_body(c: &Candidate) -> Result<(TestInstance, Body), String> {
 }
 
 /// Sets and functions that a body is called with.
-fn calls(body: &Body) -> Vec<(usize, Function)> {
+pub(super) fn calls(body: &Body) -> Vec<(usize, Function)> {
     let sets = 0..body.set_counts().len();
     let all = sets.flat_map(|set| Function::ALL.map(|function| (set, function)));
     all.filter(|(set, function)| body.calls(*set, *function)).collect()
 }
 
 /// What is called, at the beginning of a sentence.
-fn call_name(body: &Body, set: usize, function: Function, range: &Range<usize>) -> String {
+pub(super) fn call_name(body: &Body, set: usize, function: Function, range: &Range<usize>) -> String {
     let kind = match body.set_kind(set) {
         abi::POINT => "points",
         abi::LINK => "links",
@@ -56,23 +56,24 @@ fn look_around(c: &Candidate, arrays: &[&'static str], is_judged: fn(Function, &
     for (set, function) in calls(&body) {
         let middle = counts[set] / 3..counts[set].div_ceil(2);
         for range in [0..counts[set], middle].into_iter().filter(|range| !range.is_empty()) {
-            let run = |change| body.guarded_call(&material, set, function, range.clone(), change);
+            let run = |around| body.guarded_call(&material, set, function, range.clone(), around);
             let name = || call_name(&body, set, function, &range);
-            let plain = run(None);
+            let plain = run(Surroundings::Guards);
             if let Some(StrayWrite { array, is_outside, place }) = &plain.stray_write
                 && is_judged(function, array)
                 && (*is_outside || *array != OUTPUT)
             {
                 return Err(format!("{} wrote to `{array}`: the value {place} was changed", name()).into());
             }
-            if run(None).bits != plain.bits {
+            if run(Surroundings::Guards).bits != plain.bits {
                 return Err(skipped("results differ from call to call: see `results-are-deterministic`"));
             }
             for &array in arrays {
                 let offsets = body.guard_offsets(set, array);
                 let is_integer = ["elements", "family", "slots"].contains(&array);
                 for number in if is_integer { INTEGERS } else { NUMBERS } {
-                    let reads = |offset| run(Some(GuardChange { array, number, offset })).bits != plain.bits;
+                    let changed = |offset| Surroundings::Changed(GuardChange { array, number, offset });
+                    let reads = |offset| run(changed(offset)).bits != plain.bits;
                     if offsets.is_empty() || !reads(None) {
                         continue;
                     }
@@ -112,7 +113,7 @@ pub(super) fn writes_stay_at_own_elements(c: &Candidate) -> CaseResult {
     let counts = body.set_counts();
     for (set, function) in calls(&body) {
         for range in (0..counts[set]).map(|e| e..e + 1) {
-            let done = body.guarded_call(&material, set, function, range.clone(), None);
+            let done = body.guarded_call(&material, set, function, range.clone(), Surroundings::Guards);
             if let Some(StrayWrite { array: OUTPUT, is_outside: false, place }) = &done.stray_write {
                 let name = call_name(&body, set, function, &range);
                 return Err(

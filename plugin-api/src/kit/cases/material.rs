@@ -18,7 +18,7 @@ use super::repeatability::{
 };
 use super::{
     Case, CaseResult, NO_EXTREMES, damping, describe_fault, directions, ensure, far_from_rest, fields, guards, history,
-    measure, normals, panics, rest_shape, single, tested, whole_lists,
+    measure, normals, pages, panics, rest_shape, single, tested, whole_lists,
 };
 use crate::abi;
 use crate::material::TangentScale;
@@ -224,6 +224,11 @@ pub(super) const CASES: &[Case] = &[
         name: "arrays-are-kept-to",
         promise: "calls read nothing around positions, elements, measures and all other arrays, and write nothing into inputs or around outputs",
         run: guards::arrays_are_kept_to,
+    },
+    Case {
+        name: "pages-around-arrays-are-left-alone",
+        promise: "with each array in turn next to memory without access, no call touches that memory",
+        run: pages::are_left_alone,
     },
     Case {
         name: "writes-stay-at-own-elements",

@@ -18,6 +18,7 @@ mod material;
 mod matrix;
 mod measure;
 mod normals;
+mod pages;
 mod panics;
 mod repeatability;
 mod rest_shape;
