@@ -7,7 +7,7 @@ use crate::execute::{EditRunner, MODELS_KEPT, OpenedEdit, RunOptions, fitting};
 use crate::key::KeyMaker;
 use crate::store::MeshStore;
 use crate::sweep::Sweep;
-use pliant_engine::session::{CancelToken, SharedParts};
+use pliant_engine::session::SharedParts;
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -52,15 +52,7 @@ pub fn estimate(sweep: &Sweep, options: &RunOptions) -> Result<Estimate, BatchEr
     let keys = KeyMaker::new(&options.program, &options.search);
     let meshes = MeshStore::new(Path::new("."));
     let parts = SharedParts::new(MODELS_KEPT);
-    let runner = EditRunner {
-        sweep,
-        search: &options.search,
-        meshes: &meshes,
-        parts: &parts,
-        memory: options.memory,
-        on_open: &|_| {},
-        cancel: CancelToken::default(),
-    };
+    let runner = EditRunner::new(sweep, options, &meshes, &parts, &|_| {});
     let edits: Vec<u64> = options.shard.edits(sweep.edits()).collect();
     let samples = SAMPLES.min(edits.len() as u64);
     let mut all = Estimate {

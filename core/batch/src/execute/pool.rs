@@ -16,7 +16,7 @@ use crate::error::BatchError;
 use crate::key::{EditKey, KeyMaker};
 use crate::store::{MeshStore, NewRow, ShardFiles, Syncer};
 use crate::sweep::Sweep;
-use pliant_engine::session::{CancelToken, SharedParts};
+use pliant_engine::session::SharedParts;
 use serde_json::Value;
 use std::collections::{HashMap, VecDeque};
 use std::sync::atomic::Ordering;
@@ -418,12 +418,8 @@ impl Worker {
                 let child = self.child.get_or_insert_with(|| ChildRunner::new(isolation.clone()));
                 child.run(&shared.sweep, &resolved, &on_open, &stop)
             }
-            _ => {
-                let (sweep, search, meshes) = (&*shared.sweep, &shared.options.search, &shared.meshes);
-                let (parts, memory, on_open) = (&shared.parts, shared.options.memory, &on_open as &dyn Fn(u64));
-                let cancel = CancelToken::of(Arc::clone(&shared.options.stop));
-                EditRunner { sweep, search, meshes, parts, memory, on_open, cancel }.run(&resolved, began, &stop)
-            }
+            _ => EditRunner::new(&shared.sweep, &shared.options, &shared.meshes, &shared.parts, &on_open)
+                .run(&resolved, began, &stop),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::failure::{Failure, FailureClass};
 use super::measure::{TraceKeeper, summary_cells};
+use super::options::RunOptions;
 use crate::edit::Resolved;
 use crate::error::BatchError;
 use crate::store::MeshStore;
@@ -15,6 +16,7 @@ use pliant_record::RunStatistics;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// The result of an edit.
@@ -59,25 +61,38 @@ pub(crate) struct OpenedEdit<'r> {
 /// Runs edits in this process.
 pub(crate) struct EditRunner<'a> {
     /// Sweep that the edits are of.
-    pub(crate) sweep: &'a Sweep,
+    sweep: &'a Sweep,
     /// Folders in which plugins are searched.
-    pub(crate) search: &'a SearchPath,
+    search: &'a SearchPath,
     /// Meshes that are kept.
-    pub(crate) meshes: &'a MeshStore,
+    meshes: &'a MeshStore,
     /// Models and grids that several edits use.
-    pub(crate) parts: &'a SharedParts,
+    parts: &'a SharedParts,
     /// Memory that an edit may take if the sweep has no limit for it.
-    pub(crate) memory: MemoryBudget,
+    memory: MemoryBudget,
     /// Gets the estimated memory of each edit once it is open, bytes.
-    pub(crate) on_open: &'a dyn Fn(u64),
+    on_open: &'a dyn Fn(u64),
     /// Interrupts the current step.
-    pub(crate) cancel: CancelToken,
+    cancel: CancelToken,
 }
 
 /// Number of models that are kept for the next edits. Parallel edits have few different models, as neighbours in a sweep mostly have the same.
 pub(crate) const MODELS_KEPT: usize = 8;
 
-impl EditRunner<'_> {
+impl<'a> EditRunner<'a> {
+    /// A runner of the edits of a sweep, with the search path, the memory and the stop of `options`. `on_open` gets the estimated memory of
+    /// each edit once it is open, bytes.
+    pub(crate) fn new(
+        sweep: &'a Sweep,
+        options: &'a RunOptions,
+        meshes: &'a MeshStore,
+        parts: &'a SharedParts,
+        on_open: &'a dyn Fn(u64),
+    ) -> Self {
+        let cancel = CancelToken::of(Arc::clone(&options.stop));
+        Self { sweep, search: &options.search, meshes, parts, memory: options.memory, on_open, cancel }
+    }
+
     /// Runs an edit; `None` if `stop` returned true before its end. A panic is a failure of the edit.
     ///
     /// # Errors

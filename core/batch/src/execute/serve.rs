@@ -7,7 +7,7 @@ use crate::error::BatchError;
 use crate::key::{EditKey, KeyMaker};
 use crate::store::MeshStore;
 use crate::sweep::Sweep;
-use pliant_engine::session::{CancelToken, SharedParts};
+use pliant_engine::session::SharedParts;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::io::{self, BufRead, Write};
@@ -72,15 +72,7 @@ pub fn serve(
     let keys = KeyMaker::new(&options.program, &options.search);
     let meshes = MeshStore::new(folder);
     let parts = SharedParts::new(MODELS_KEPT);
-    let runner = EditRunner {
-        sweep,
-        search: &options.search,
-        meshes: &meshes,
-        parts: &parts,
-        memory: options.memory,
-        on_open: &on_open,
-        cancel: CancelToken::default(),
-    };
+    let runner = EditRunner::new(sweep, options, &meshes, &parts, &on_open);
     for line in input.lines() {
         let line = line?;
         let index = line.trim().parse().ok().filter(|index| *index < sweep.edits());
