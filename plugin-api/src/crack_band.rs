@@ -77,6 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
+    #[cfg_attr(miri, ignore = "sums millions of steps")]
     fn the_work_on_a_band_is_its_fracture_energy_whatever_its_width() {
         // Hooke's law and one that stiffens.
         type Law = (fn(f64) -> f64, f64, f64);

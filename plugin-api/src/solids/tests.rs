@@ -91,6 +91,7 @@ fn forces_and_blocks_are_derivatives_at_any_deformation() {
 }
 
 #[test]
+#[cfg_attr(miri, ignore = "takes minutes for 4,000 decompositions, without unsafe code")]
 fn projected_blocks_are_semi_definite_where_exact_ones_are_not() {
     let mut random = Random(5);
     let work = |project: bool, shape: &Tetrahedron, x: [Vec3; 4], d: [Vec3; 4]| -> f64 {

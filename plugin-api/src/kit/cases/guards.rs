@@ -128,12 +128,15 @@ pub(super) fn writes_stay_at_own_elements(c: &Candidate) -> CaseResult {
 #[cfg(test)]
 #[allow(unsafe_code, reason = "a material that goes where it may not, as one in C can")]
 mod tests {
+    use super::super::super::protected_memory::ProtectedMemory;
     use super::super::NotPassed;
+    use super::super::pages::are_left_alone;
     use super::*;
     use crate::{
         AsMaterial, Blocks, ElementRequest, Elements, Info, Material, NodeScalars, NodeVectors, Params, Planes,
         TangentScale,
     };
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// Plane before or behind the one plane of rest data of [`Stray`] that it reads, and whether it writes to that one.
     trait Fault: Send + Sync + 'static {
@@ -207,6 +210,33 @@ mod tests {
             Ok(()) => String::new(),
             Err(NotPassed::Failed(why) | NotPassed::Skipped(why)) => why,
         }
+    }
+
+    /// Memory with room for any array of a test body.
+    #[repr(align(64))]
+    struct Page([u8; 1 << 14]);
+
+    #[test]
+    fn the_tables_of_a_material_are_called_with_arrays_of_their_own() {
+        let (material, body) = moving_body(&Candidate::of::<AsMaterial<Stray<Sound>>>()).expect("sound");
+        for (set, function) in calls(&body) {
+            let done = body.guarded_call(&material, set, function, 3..9, Surroundings::Guards);
+            assert!(done.bits.is_ok() && done.stray_write.is_none(), "{function:?}");
+        }
+    }
+
+    #[test]
+    #[cfg_attr(miri, ignore = "takes minutes for thousands of calls like those above")]
+    fn a_sound_material_keeps_to_arrays_between_guards_and_at_pages() {
+        static CALLS: AtomicUsize = AtomicUsize::new(0);
+        let memory = &mut Box::leak(Box::new(Page([0; 1 << 14]))).0;
+        let memory = ProtectedMemory::new(memory, |_| _ = CALLS.fetch_add(1, Ordering::Relaxed));
+        let candidate = Candidate::of::<AsMaterial<Stray<Sound>>>().with_protected_memory(memory);
+        for case in [planes_are_kept_to, arrays_are_kept_to, writes_stay_at_own_elements, are_left_alone] {
+            assert!(case(&candidate).is_ok());
+        }
+        // rest, energy, forces and tangent, of all links and of some, with 14 arrays, at both ends.
+        assert_eq!(CALLS.load(Ordering::Relaxed), 4 * 2 * 14 * 2);
     }
 
     #[test]
