@@ -1,7 +1,7 @@
 //! The shipped plugins pass the conformance suite as shared libraries, whatever their language.
 
 use pliant_plugin_api::kit::{Kind, Verdict, cases};
-use pliant_tests::library;
+use pliant_tests::{Bench, library};
 
 /// Cases about what a material may have, by what that is.
 const SHEETS: &[&str] = &["curved-rest-is-force-free"];
@@ -22,6 +22,9 @@ const NORMALS: &[&str] = &[
 ];
 /// Allocations of a library are not counted from outside.
 const COUNTED: &[&str] = &["no-allocation-in-a-step"];
+/// No material that is shipped wants whole lists, and memory is protected in a process of its own alone.
+const MATERIALS: &[&str] = &["whole-lists-are-taken", PAGES];
+const PAGES: &str = "pages-around-arrays-are-left-alone";
 /// The grid's embedding is linear.
 const EMBEDDING: &[&str] = &["pull-back-is-the-transpose"];
 /// Cases of a device that is open: `scripted` needs a path, and `pen` a tablet.
@@ -69,10 +72,24 @@ fn the_shipped_plugins_pass_the_conformance_suite() {
             // What a library allocates is counted where a test links it.
             let mut expected = about.concat();
             expected.push("memory-is-given-back");
+            if candidate.kind() == Some(Kind::Material) {
+                expected.extend(MATERIALS);
+            }
             skipped.sort_unstable();
             expected.sort_unstable();
             assert_eq!(skipped, expected, "{name}: skipped");
         }
+    }
+}
+
+#[test]
+#[cfg_attr(not(unix), ignore = "memory is protected on Unix alone")]
+fn no_shipped_material_touches_memory_around_its_arrays() {
+    let bench = Bench::new();
+    let is_material = |name: &&str| library(name).candidate(0).kind() == Some(Kind::Material);
+    for name in SHIPPED.iter().map(|(name, _)| *name).filter(is_material) {
+        let ran = bench.pliant(&["plugin", "check", name, "--case", PAGES, "--json"]).expect(0).json();
+        assert_eq!((&ran["ok"], &ran["skipped"]), (&1.into(), &0.into()), "{name}: {ran}");
     }
 }
 
