@@ -119,10 +119,10 @@ def test_a_cut_parts_a_cube_and_keeps_what_it_had(empty):
     names = [slot.material.name for slot in obj.material_slots]
     assert names == ["skin", "Cut"]
     caps = [p for p in mesh.polygons if p.material_index == 1]
-    # The blade bends what it goes through: 0.0799 to 0.0809 in 12 cuts of this model on a busy machine, 0.0839 on one with ten others waiting.
-    assert sum(p.area for p in caps) == pytest.approx(2 * 0.2**2, rel=0.1)
-    # Most of a wall is as flat as the path of the blade.
-    assert sum(abs(p.normal.y) * p.area for p in caps) > 0.95 * sum(p.area for p in caps)
+    # The blade bends what it goes through, and vertices inside of the walls show it: 0.080 to 0.091, and 0.937 and more of it as flat as the path of the
+    # blade, in 40 cuts on a machine with five others waiting. A wall that is missing, twice there or torn is half or twice as large, or not flat.
+    assert sum(p.area for p in caps) == pytest.approx(2 * 0.2**2, rel=0.2)
+    assert sum(abs(p.normal.y) * p.area for p in caps) > 0.9 * sum(p.area for p in caps)
     quads = [p for p in mesh.polygons if len(p.vertices) == 4]
     assert len(quads) > 0.7 * faces, "faces without a cut are still quads"
     # Texture coordinates are a function of the place on each side of the cube, as before.
@@ -144,9 +144,10 @@ def test_a_cut_parts_a_cube_and_keeps_what_it_had(empty):
     heights = coordinates(obj)[inner, 2]
     assert len(inner) > 20 and (weights[inner] >= 0.0).all() and (weights[inner] <= 1.0).all()
     assert weights[inner[heights < -0.04]].min() > 0.5 > weights[inner[heights > 0.04]].max()
-    # Twice the size everywhere, to what the blade has moved and the extension does not give back of a linear function.
+    # Twice the size everywhere, to twice what the blade has moved and what the extension does not give back of a linear function, together up to 0.021 in 16 cuts.
+    # A vertex that the key has at the origin, or at its place in the basis, is at least 0.1 off at some side of a wall.
     large = np.array([point.co for point in mesh.shape_keys.key_blocks["large"].data])
-    assert np.abs(large - 2.0 * coordinates(obj)).max() < 0.02
+    assert np.abs(large - 2.0 * coordinates(obj)).max() < 0.05
     # No face is left without its neighbour.
     assert mesh.validate() is False
     whole = bmesh.new()
