@@ -7,7 +7,7 @@ use super::refine::{Ends, WallEdge, Walls, ordered};
 
 /// Largest distance between an edge and the one it is flipped to, in longest edges. Both walls move alike, so that no volume is lost, but a vertex that comes to be
 /// in the middle of the new edge must be on its side of the blade's path in the grid too.
-const FLAT: f64 = 0.05;
+const FLAT: f64 = 0.01;
 /// The same where the wall opposite has other triangles, as where a later cut has met one of the two only.
 const IN_PLANE: f64 = 1e-9;
 /// Largest difference of texture coordinates at a corner across an edge that is flipped, in longest edges.

@@ -27,8 +27,8 @@ pub fn protected_memory(size: usize) -> io::Result<&'static mut [u8]> {
 /// Maps memory: not implemented for this system.
 ///
 /// # Errors
-/// Always.
+/// Always [`io::ErrorKind::Unsupported`].
 #[cfg(not(unix))]
 pub fn protected_memory(_size: usize) -> io::Result<&'static mut [u8]> {
-    Err(io::Error::other("memory is protected on Unix alone"))
+    Err(io::Error::new(io::ErrorKind::Unsupported, "memory is protected on Unix alone"))
 }

@@ -36,10 +36,11 @@ fn a_drawn_line_parts_the_body_or_it_is_told_what_holds() {
     }
     unparted.print();
     println!("The slowest step that cuts takes {slowest:.3} s, the slowest end of a stroke {slowest_end:.3} s");
-    let Unparted { drawn, necks, silent, ended, joined } = unparted;
+    let Unparted { drawn, necks, silent, ended, joined, extra } = unparted;
     assert!(silent.is_empty(), "{silent:?}");
     // Where the mesh refuses every strip there is no way around; before the swept area was one, half of the lines left a neck.
     assert!(20 * necks.len() <= drawn, "{} of {drawn}: {necks:?}", necks.len());
     assert!(5 * ended.len() <= drawn, "{} of {drawn} have a branch: {ended:?}", ended.len());
     assert!(20 * joined.len() <= drawn, "{} of {drawn}: {joined:?}", joined.len());
+    assert!(20 * extra.len() <= drawn, "{} of {drawn}: {extra:?}", extra.len());
 }

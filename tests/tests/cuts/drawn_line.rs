@@ -6,7 +6,7 @@ use nalgebra::{Rotation3, UnitQuaternion};
 use pliant_cut::testing::line_ends;
 use pliant_cut::{Blade, CutMesh, Stroke};
 use pliant_editor::{Draft, DraftMaterial, PaintStroke, SOLIDS, stroke_button};
-use pliant_engine::body::Body;
+use pliant_engine::body::{Body, NOT_EMBEDDED};
 use pliant_engine::edit::KINDS;
 use pliant_engine::scene::Release;
 use pliant_engine::session::{EventKind, HandPose, Session};
@@ -15,7 +15,7 @@ use pliant_mesh::{ObjDocument, Surface, generate};
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::Vec3;
 use pliant_tests::{Bench, open_drafted};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::ops::RangeInclusive;
 
@@ -261,6 +261,8 @@ pub struct Unparted {
     pub ended: Vec<u64>,
     /// Cases in which the lattice joins parts of the surface.
     pub joined: Vec<u64>,
+    /// Cases in which the lattice has parts besides those of the surface.
+    pub extra: Vec<u64>,
 }
 
 impl Unparted {
@@ -283,9 +285,13 @@ impl Unparted {
         if pairs > 0 {
             self.joined.push(number);
         }
-        if parts != expected || pairs > 0 || !ends.is_empty() {
+        let extra = extra_parts(&session.bodies[0]);
+        if extra > 0 {
+            self.extra.push(number);
+        }
+        if parts != expected || pairs > 0 || extra > 0 || !ends.is_empty() {
             println!(
-                "{number}: {parts} of {expected} parts, {told} told, {pairs} joined in the lattice, {} ends of lines: {case:?}",
+                "{number}: {parts} of {expected} parts, {told} told, {pairs} joined in the lattice, {extra} parts too many of it, {} ends of lines: {case:?}",
                 ends.len()
             );
         }
@@ -293,10 +299,11 @@ impl Unparted {
 
     /// Prints the counts.
     pub fn print(&self) {
-        let Self { drawn, necks, silent, ended, joined } = self;
+        let Self { drawn, necks, silent, ended, joined, extra } = self;
         println!("{} of {drawn} lines leave a neck: {necks:?}; {} of them without a word", necks.len(), silent.len());
         println!("{} of {drawn} lines have a branch beside them: {ended:?}", ended.len());
         println!("{} of {drawn} lines leave parts of the surface that the lattice joins: {joined:?}", joined.len());
+        println!("{} of {drawn} lines leave more parts of the lattice than of the surface: {extra:?}", extra.len());
     }
 }
 
@@ -329,4 +336,21 @@ fn joined_in_lattice(body: &mut Body) -> usize {
     carriers.sort_unstable();
     carriers.dedup();
     count - carriers.len()
+}
+
+/// Number of parts of the active lattice that carry no part of the surface, or less of one than another does.
+pub fn extra_parts(body: &Body) -> usize {
+    let Some(lattice) = body.discretization.lattice() else { return 0 };
+    let (parts, shells) = (lattice.parts(), body.model.surface.shells());
+    let count = parts.iter().max().map_or(0, |last| *last as usize + 1);
+    let mut points = vec![BTreeMap::<u32, usize>::new(); shells.iter().max().map_or(0, |last| *last as usize + 1)];
+    for (corners, shell) in body.model.surface.triangles.iter().zip(&shells) {
+        for cell in corners.map(|v| body.skin.cell[v as usize]).into_iter().filter(|cell| *cell != NOT_EMBEDDED) {
+            *points[*shell as usize]
+                .entry(parts[lattice.region().cell_corners[cell as usize][0] as usize])
+                .or_default() += 1;
+        }
+    }
+    let carriers = points.iter().filter_map(|of| of.iter().max_by_key(|(_, count)| **count).map(|(part, _)| *part));
+    count - carriers.collect::<BTreeSet<_>>().len()
 }

@@ -39,12 +39,13 @@ fn a_line_that_crosses_a_cut_parts_what_lies_on_both_sides() {
     slanted_lines.print();
     crossing_lines.print();
     assert!(slanted_lines.silent.is_empty(), "{:?}", slanted_lines.silent);
-    let Unparted { drawn, necks, silent, ended, joined } = crossing_lines;
+    let Unparted { drawn, necks, silent, ended, joined, extra } = crossing_lines;
     assert!(silent.is_empty(), "{silent:?}");
     assert!(10 * necks.len() <= drawn, "{} of {drawn}: {necks:?}", necks.len());
     // Where a line crosses the walls of the first, strips that lead around what the mesh refuses begin beside it.
     assert!(3 * ended.len() <= drawn, "{} of {drawn} have a branch: {ended:?}", ended.len());
     assert!(20 * joined.len() <= drawn, "{} of {drawn}: {joined:?}", joined.len());
+    assert!(10 * extra.len() <= drawn, "{} of {drawn}: {extra:?}", extra.len());
 }
 
 #[test]

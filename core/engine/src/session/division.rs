@@ -6,7 +6,7 @@
 use super::Session;
 use super::event::EventKind;
 use super::seam_pairs::Seam;
-use crate::body::{Body, Discretization, DivideError, Division};
+use crate::body::{Body, Discretization, DivideError, Division, Lattice};
 use std::collections::BTreeMap;
 
 /// Bodies that have been split and their parts.
@@ -103,7 +103,12 @@ impl Session {
             return Err(SplitError::Frozen { name, why: why.clone() });
         }
         let was_mirrored = body.symmetry.is_some();
+        let was_outdated = body.discretization.lattice().is_some_and(Lattice::is_outdated);
         let divided = body.divided(division, &self.plan.cap_material);
+        if divided.is_err() && was_outdated {
+            // It has followed a cut before it was found to be in one part.
+            self.changed(index);
+        }
         let mut parts = divided.map_err(|error| SplitError::Divide { name: name.clone(), error })?;
         self.editing.layers.assign(&self.bodies);
         let (whole, root) = (self.bodies[index].number, self.editing.divided.root[self.bodies[index].number as usize]);

@@ -110,7 +110,7 @@ impl Lattice {
     }
 
     /// Whether cuts since the last [`Lattice::follow`] have changed the active nodes, so that a call of it is due.
-    pub(in crate::body) fn is_outdated(&self) -> bool {
+    pub(crate) fn is_outdated(&self) -> bool {
         self.needs_rebuild
     }
 
