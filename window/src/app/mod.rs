@@ -22,6 +22,7 @@ mod shown_frame;
 mod simulation;
 mod status_bar;
 mod timings;
+mod tool_keys;
 mod unit_question;
 mod view_settings;
 mod viewport;

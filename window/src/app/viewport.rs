@@ -3,7 +3,7 @@
 use super::App;
 use super::gauges::remember;
 use super::key_pointer::KeyMotion;
-use super::key_presses::{is_pressed, plain_presses, switches};
+use super::key_presses::{around_press, is_pressed, switches};
 use super::measure::pointer_ray;
 use super::model::Picked;
 use crate::gl::{Channels, PixelArea, Scene, Stereo};
@@ -33,11 +33,6 @@ const NARROWEST_MESSAGE: f32 = 260.0;
 const WIDEST_MESSAGE: f32 = 720.0;
 /// Time for reading a letter: 200 words in a minute.
 const READING: Duration = Duration::from_millis(50);
-/// Factor of the tool's size or strength for a press of its key.
-const KEY_STEP: f64 = 1.15;
-/// Factor of the stiffness for a press of its key: four make an octave and a half.
-const STIFFNESS_KEY_STEP: f64 = 1.3;
-
 /// Points of the screen that the axes in the corner take up.
 const AXES_SIZE: f32 = 112.0;
 /// Points of the screen of half an edge of the cube among them.
@@ -74,10 +69,13 @@ impl App {
             let motion = self.keys.update(ui.ctx(), rect);
             let latest = self.keys.at().or(ui.input(|input| input.pointer.latest_pos()));
             let pointer = latest.filter(|at| rect.contains(*at));
-            // A slow picture has the key and the stroke with the new tool in one frame.
-            self.tool_keys(ui);
+            // A slow picture has in one frame the keys that set a tool, the stroke with it, and keys that are for the next.
+            let events = ui.input(|input| input.events.clone());
+            let [before, after] = around_press(&events);
+            self.tool_keys(ui, before);
             // First: a press that begins a stroke turns no view, also where a slow picture has the press and the way after it in one frame.
             let hit = self.use_tool(ui, &response, rect, pointer, motion.began);
+            self.tool_keys(ui, after);
             self.navigate(ui, &response, rect, motion);
             self.view_keys(ui, hit);
             self.split_key(ui, rect, pointer);
@@ -257,28 +255,13 @@ impl App {
         hit
     }
 
-    /// Keys that choose a tool.
-    fn tool_keys(&mut self, ui: &egui::Ui) {
-        if ui.ctx().egui_wants_keyboard_input() {
-            return;
-        }
-        let pressed = |key| ui.input(|input| is_pressed(input, key));
-        for tool in 0..self.tools.len() {
-            let key = self.tools[tool].key(tool).and_then(|key| Key::from_name(&key.to_string()));
-            if key.is_some_and(pressed) {
-                self.choose_tool(tool);
-            }
-        }
-    }
-
-    /// Keys that change what is seen, or how the tool is set.
+    /// Keys that change what is seen.
     fn view_keys(&mut self, ui: &egui::Ui, hit: Option<Picked>) {
         if ui.ctx().egui_wants_keyboard_input() {
             return;
         }
-        let pressed = |key| ui.input(|input| is_pressed(input, key));
-        let presses = |key| ui.input(|input| plain_presses(input, key));
-        let switched = |key| ui.input(|input| switches(input, key));
+        let pressed = |key| ui.input(|input| is_pressed(&input.events, key));
+        let switched = |key| ui.input(|input| switches(&input.events, key));
         if pressed(Key::F) {
             match hit {
                 Some(picked) => self.camera.target = picked.hit.at.point.into(),
@@ -297,34 +280,11 @@ impl App {
                 Projection::Orthographic => Projection::Perspective,
             };
         }
-        for (key, factor) in [(Key::OpenBracket, 1.0_f64 / KEY_STEP), (Key::CloseBracket, KEY_STEP)] {
-            if presses(key) > 0 {
-                self.settings.resize(factor.powi(presses(key)));
-                self.resize_tool();
-            }
-        }
-        for (key, factor) in [(Key::Minus, 1.0_f64 / KEY_STEP), (Key::Equals, KEY_STEP)] {
-            if presses(key) > 0 {
-                self.settings.strengthen(self.tools[self.tool], factor.powi(presses(key)));
-                self.set_brush();
-            }
-        }
-        for (key, factor) in [(Key::Comma, 1.0_f64 / STIFFNESS_KEY_STEP), (Key::Period, STIFFNESS_KEY_STEP)] {
-            if presses(key) > 0 {
-                self.stiffen(self.stiffness * factor.powi(presses(key)));
-            }
-        }
-        for (axis, key) in [Key::X, Key::Y, Key::Z].into_iter().enumerate() {
-            self.settings.symmetry[axis] ^= switched(key);
-        }
-        if switched(Key::K) {
-            self.toggle_release();
-        }
     }
 
     /// The key that makes the part under the pointer a body of its own.
     fn split_key(&mut self, ui: &egui::Ui, rect: egui::Rect, pointer: Option<egui::Pos2>) {
-        let pressed = ui.input(|input| is_pressed(input, Key::B));
+        let pressed = ui.input(|input| is_pressed(&input.events, Key::B));
         let Some(model) = self.model.as_mut().filter(|model| pressed && !model.hand.is_busy()) else { return };
         if ui.ctx().egui_wants_keyboard_input() {
             return;

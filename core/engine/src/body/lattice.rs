@@ -100,7 +100,7 @@ pub enum LatticeError {
     Force(#[from] ForceError),
     /// The material needs a kind of element that the discretization does not have.
     #[error(
-        "material `{material}` wants {wanted}, which a {discretization} does not give; grids give points, links and tetrahedra, sheets (`sheet`) points, links, \
+        "material `{material}` wants {wanted}, which a {discretization} does not give; grids give points, links and tetrahedra, sheets (`sheet = {{}}` in the body) points, links, \
          triangles and hinges, tetrahedral meshes points and tetrahedra"
     )]
     Unsupported {
