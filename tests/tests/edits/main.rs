@@ -9,6 +9,7 @@ mod edit_accuracy;
 mod edit_balance;
 mod edit_fields;
 mod edits;
+mod folded_shapes;
 mod lost_grips;
 mod mirrored_cuts;
 mod mirrored_edits;

@@ -12,6 +12,7 @@ mod failed_triangles;
 mod fibres;
 mod fields;
 mod fixing;
+mod folds;
 mod grid_pool;
 mod lattice;
 mod look;
@@ -41,6 +42,7 @@ pub use failed_triangles::FailedTriangles;
 pub use fibres::{Curve, DirectionCloud, FibreEntry, FibreLines, FibrePart, Fibres};
 pub use fields::{FieldSurface, Fields, Layer, factor_at};
 pub use fixing::{Fixing, Place, displacement_along};
+pub(crate) use folds::{Moves, Unfolded, Unresolved, limit_folds};
 pub use grid_pool::{GridPool, PooledGrid};
 pub use lattice::{
     BodyInterior, CellFragment, CellSource, ContactBuffers, ContactPoint, ContactSurface, Lattice, LatticeError,
@@ -184,18 +186,37 @@ impl Body {
         embedded
     }
 
-    /// Makes the present shape the rest shape, with zero velocity.
+    /// Makes the present shape the rest shape, with zero velocity. The surface of a solid is unfolded first; where that is not possible, or moves a vertex by
+    /// more than `most` (m), nothing is kept. Returns what was folded.
     ///
     /// # Errors
     /// Returns the error of the grid plugin, or of the material if it refuses the new rest shape.
-    pub(crate) fn keep(&mut self, pool: &Pool) -> Result<(), LatticeError> {
+    pub(crate) fn keep(&mut self, pool: &Pool, most: f64) -> Result<Unfolded, LatticeError> {
         self.update_skin(pool)?;
+        let unfolded = if self.discretization.lattice().is_some() { self.unfold() } else { Unfolded::default() };
+        if unfolded.left > 0 || unfolded.moved > most {
+            return Ok(unfolded);
+        }
         let Self { model, skin, system, discretization, .. } = self;
         discretization.keep(model, skin, system)?;
         if self.symmetry.is_some() && self.discretization.lattice().is_some() {
             self.skin.keep_inactive(&self.model);
         }
-        Ok(())
+        Ok(unfolded)
+    }
+
+    /// Moves vertices of the present surface so that no edge is folded that was not at rest.
+    fn unfold(&mut self) -> Unfolded {
+        let Skin { x, settled, cell, .. } = &mut self.skin;
+        let pairs = x.iter().zip(settled.iter()).zip(cell.iter()).enumerate();
+        let moved = pairs.filter(|(_, ((x, settled), cell))| **cell != NOT_EMBEDDED && x != settled);
+        let mut moves: Moves = moved.map(|(v, ((x, settled), _))| (v as u32, x - settled)).collect();
+        let before = moves.clone();
+        let unfolded = limit_folds(&self.model, settled, cell, &mut moves, Unresolved::Leave);
+        for ((v, d), _) in moves.iter().zip(&before).filter(|(now, before)| now != before) {
+            x[*v as usize] = settled[*v as usize] + d;
+        }
+        unfolded
     }
 
     /// Has viewers that have looked at `other` copy all of this body, which is shown in its place.

@@ -2,7 +2,7 @@
 //!
 //! The present shape is not changed: elastic forces then pull the nodes towards the new rest shape.
 
-use super::{Body, Discretization, LatticeError};
+use super::{Body, Discretization, LatticeError, Moves, Unresolved, limit_folds};
 use pliant_solver::Vec3;
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ impl RestChange {
 
 impl Body {
     /// Changes the rest shape. In a lattice `change` is first limited: nodes of cells that it would invert or flatten stay, by the
-    /// volume limit of [`super::Lattice::untangle`].
+    /// volume limit of [`super::Lattice::untangle`], and vertices of edges that it would fold move with those around them, or stay.
     ///
     /// # Errors
     /// Returns the error of the grid or material plugin.
@@ -36,10 +36,22 @@ impl Body {
         match discretization {
             Discretization::Lattice(lattice) => {
                 lattice.limit_change(&mut change.nodes, &system.nodes.rest);
-                let settled = Arc::make_mut(&mut skin.settled);
-                lattice.move_points(change, &system.nodes.rest, model, settled, &mut moved)?;
+                let mut moves = Moves::new();
+                lattice.move_points(change, &system.nodes.rest, model, &mut moves)?;
+                moves.extend_from_slice(&change.points);
+                // Stable: the sum of two displacements of a vertex has one order.
+                moves.sort_by_key(|(vertex, _)| *vertex);
+                moves.dedup_by(|second, first| {
+                    let is_same = second.0 == first.0;
+                    if is_same {
+                        first.1 += second.1;
+                    }
+                    is_same
+                });
+                limit_folds(model, &skin.settled, &skin.cell, &mut moves, Unresolved::Stop);
                 lattice.move_rest(&change.nodes, &mut system.nodes.rest);
-                for &(vertex, d) in &change.points {
+                let settled = Arc::make_mut(&mut skin.settled);
+                for (vertex, d) in moves {
                     settled[vertex as usize] += d;
                     moved.push(vertex);
                 }

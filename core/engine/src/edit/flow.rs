@@ -8,7 +8,7 @@
 use super::brush::{Brush, BrushShape};
 use super::touch_stroke::{BodyChange, ChangingTouch, Due};
 use super::{Action, Step};
-use crate::body::{Body, Discretization, LatticeError, Model, RestChange, Skin};
+use crate::body::{Body, Discretization, LatticeError, Model, Moves, RestChange, Skin, Unresolved, limit_folds};
 use crate::plan::Edit;
 use crate::tool::Tool;
 use nalgebra::UnitQuaternion;
@@ -99,8 +99,10 @@ impl RestShapeFlow {
         let vertices = self.brush.vertices(body, centre, radius, shape.falloff)?;
         let region = BrushRegion { centre, hand, vertices: &vertices, model: &body.model, skin: &body.skin };
         let displacements = goal(&region);
-        let moves: Vec<(u32, Vec3)> =
+        let mut moves: Moves =
             vertices.iter().zip(displacements).map(|(&(v, weight), d)| (v, fraction * weight * d)).collect();
+        // Nodes take the mean of what the surface does, which goes no farther than where it folds.
+        limit_folds(&body.model, &body.skin.settled, &body.skin.cell, &mut moves, Unresolved::Stop);
         transfer(&self.brush, &moves, body, &mut self.change)
     }
 }

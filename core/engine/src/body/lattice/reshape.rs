@@ -1,6 +1,7 @@
 //! Changes of the rest shape of a lattice.
 
 use super::{Lattice, LatticeError};
+use crate::body::Moves;
 use crate::body::model::Model;
 use crate::body::reshape::RestChange;
 use bytemuck::{cast_slice, cast_slice_mut};
@@ -17,8 +18,8 @@ impl Lattice {
         Ok((points, &self.weights[first..first + points.len()]))
     }
 
-    /// Moves the vertices of `settled` (m) that a change of the nodes displaces, and appends them to `moved`. `rest` has the rest positions of
-    /// the nodes before the change (m, n x 3).
+    /// Appends the vertices that a change of the nodes displaces, with their displacements (m), to `moves`. `rest` has the rest positions of the nodes
+    /// before the change (m, n x 3).
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
@@ -27,8 +28,7 @@ impl Lattice {
         change: &RestChange,
         rest: &[Vec3],
         model: &Model,
-        settled: &mut [Vec3],
-        moved: &mut Vec<u32>,
+        moves: &mut Moves,
     ) -> Result<(), LatticeError> {
         let (mut displacements, near) = (Vec::new(), self.nodes_near(&change.nodes));
         for cell in 0..self.region.cell_id.len() as u32 {
@@ -37,16 +37,13 @@ impl Lattice {
                 continue;
             }
             if self.source.is_nonlinear() {
-                self.move_nonlinear(cell, change, rest, model, settled)?;
-                moved.extend_from_slice(self.points(cell)?);
+                self.move_nonlinear(cell, change, rest, model, moves)?;
                 continue;
             }
             displacements.clear();
             self.displace_points(cell, &change.nodes, model, &mut displacements)?;
-            for (&v, d) in self.points(cell)?.iter().zip(&displacements).filter(|(_, d)| **d != Vec3::zeros()) {
-                settled[v as usize] += *d;
-                moved.push(v);
-            }
+            let each = self.points(cell)?.iter().copied().zip(displacements.iter().copied());
+            moves.extend(each.filter(|(_, d)| *d != Vec3::zeros()));
         }
         Ok(())
     }
@@ -58,7 +55,7 @@ impl Lattice {
         change: &RestChange,
         rest: &[Vec3],
         model: &Model,
-        settled: &mut [Vec3],
+        moves: &mut Moves,
     ) -> Result<(), LatticeError> {
         let Some(grid) = self.source.nonlinear() else { return Ok(()) };
         let points = self.points(cell)?;
@@ -70,9 +67,7 @@ impl Lattice {
             let all = vec![at; points.len()];
             grid.place(self.settings.level, cast_slice(&places), cast_slice(&all), cast_slice_mut(out))?;
         }
-        for (i, &v) in points.iter().enumerate() {
-            settled[v as usize] += out[1][i] - out[0][i];
-        }
+        moves.extend(points.iter().enumerate().map(|(i, &v)| (v, out[1][i] - out[0][i])));
         Ok(())
     }
 
