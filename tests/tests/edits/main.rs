@@ -21,5 +21,6 @@ mod repeated_cuts;
 mod sculpt_layers;
 mod stiffness_change;
 mod symmetric_strokes;
+mod thin_plates;
 mod two_hands;
 mod undo;

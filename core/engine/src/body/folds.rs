@@ -81,16 +81,19 @@ struct Patch {
 
 impl Patch {
     fn new(model: &Model, points: &[Vec3], cell: &[u32], moves: &Moves) -> Self {
-        let corners = |triangles: &[u32]| sorted(triangles.iter().flat_map(|t| model.surface.triangles[*t as usize]));
+        let [vertex_count, triangle_count] = [points.len(), model.surface.triangles.len()];
+        let corners = |triangles: &[u32]| {
+            ascending(triangles.iter().flat_map(|t| model.surface.triangles[*t as usize]), vertex_count)
+        };
         let around = |vertices: &[u32]| {
-            let mut triangles = sorted(vertices.iter().flat_map(|v| model.around(*v)).copied());
+            let mut triangles = ascending(vertices.iter().flat_map(|v| model.around(*v)).copied(), triangle_count);
             triangles.retain(|t| !model.is_lid(*t));
             triangles
         };
         let moved: Vec<u32> = moves.iter().map(|(v, _)| *v).collect();
         // Triangles that move, and their neighbours.
         let triangles = around(&corners(&around(&moved)));
-        let vertices = sorted(corners(&triangles).into_iter().chain(moved));
+        let vertices = ascending(corners(&triangles).into_iter().chain(moved), vertex_count);
         let mut patch = Self {
             points: Vec::with_capacity(vertices.len()),
             displacements: Vec::with_capacity(vertices.len()),
@@ -116,7 +119,10 @@ impl Patch {
             of
         };
         let indices: Vec<u32> = vertices.iter().map(|v| index(*v)).collect();
-        let local = |v: u32| vertices.binary_search(&v).map_or(0, |at| indices[at]);
+        let first = vertices.first().copied().unwrap_or_default();
+        let mut of_vertex = vec![0; vertices.last().map_or(0, |last| (last - first) as usize + 1)];
+        vertices.iter().zip(&indices).for_each(|(v, index)| of_vertex[(v - first) as usize] = *index);
+        let local = |v: u32| of_vertex[(v - first) as usize];
         patch.of_moves = moves.iter().map(|(v, _)| local(*v)).collect();
         let triangles: Vec<[u32; 3]> =
             triangles.into_iter().map(|t| model.surface.triangles[t as usize].map(local)).collect();
@@ -129,24 +135,41 @@ impl Patch {
     /// Finds neighbours and hinges.
     fn connect(&mut self, triangles: &[[u32; 3]], is_moved: &[bool]) {
         self.neighbours = vec![Vec::new(); self.points.len()];
-        let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * triangles.len());
-        for (t, &[a, b, c]) in triangles.iter().enumerate() {
-            edges.extend([[a, b], [b, c], [c, a]].map(|[a, b]| ([a.min(b), a.max(b)], t as u32)));
+        let edges = triangles
+            .iter()
+            .enumerate()
+            .flat_map(|(t, &[a, b, c])| [[a, b], [b, c], [c, a]].map(|[a, b]| (a.min(b), (a.max(b), t as u32))));
+        // Sorted by the lower vertex: those of each begin at `start`.
+        let mut start = vec![0_u32; self.points.len() + 2];
+        edges.clone().for_each(|(a, _)| start[a as usize + 2] += 1);
+        (2..start.len()).for_each(|a| start[a] += start[a - 1]);
+        let mut sorted = vec![(0, 0); 3 * triangles.len()];
+        for (a, other) in edges {
+            let at = &mut start[a as usize + 1];
+            sorted[*at as usize] = other;
+            *at += 1;
         }
-        edges.sort_unstable();
-        for of_edge in edges.chunk_by(|a, b| a.0 == b.0) {
-            let [a, b] = of_edge[0].0;
-            for (to, from) in [(a, b), (b, a)] {
-                if is_moved[to as usize] {
-                    self.neighbours[to as usize].push(from);
-                }
+        for (a, range) in start.windows(2).take(self.points.len()).enumerate() {
+            let (a, others) = (a as u32, &mut sorted[range[0] as usize..range[1] as usize]);
+            others.sort_unstable();
+            for of_edge in others.chunk_by(|a, b| a.0 == b.0) {
+                self.add_edge([a, of_edge[0].0], of_edge, triangles, is_moved);
             }
-            // An edge of more triangles has no two sides.
-            let &[(_, first), (_, second)] = of_edge else { continue };
-            let triangles = [first, second].map(|t| triangles[t as usize]);
-            if triangles.iter().flatten().any(|v| is_moved[*v as usize]) {
-                self.hinges.push(Hinge(triangles));
+        }
+    }
+
+    /// Adds an edge, with its other vertex and the index of the triangle for each of its triangles.
+    fn add_edge(&mut self, [a, b]: [u32; 2], of_edge: &[(u32, u32)], triangles: &[[u32; 3]], is_moved: &[bool]) {
+        for (to, from) in [(a, b), (b, a)] {
+            if is_moved[to as usize] {
+                self.neighbours[to as usize].push(from);
             }
+        }
+        // An edge of more triangles has no two sides.
+        let &[(_, first), (_, second)] = of_edge else { return };
+        let triangles = [first, second].map(|t| triangles[t as usize]);
+        if triangles.iter().flatten().any(|v| is_moved[*v as usize]) {
+            self.hinges.push(Hinge(triangles));
         }
     }
 
@@ -203,10 +226,16 @@ fn cosine(corners: [[Vec3; 3]; 2]) -> f64 {
     if size > 0.0 { a.dot(&b) / size } else { 0.0 }
 }
 
-/// Ascending, each once.
-fn sorted(numbers: impl Iterator<Item = u32>) -> Vec<u32> {
-    let mut all: Vec<u32> = numbers.collect();
-    all.sort_unstable();
-    all.dedup();
+/// The numbers below `limit`, ascending, each once.
+fn ascending(numbers: impl Iterator<Item = u32>, limit: usize) -> Vec<u32> {
+    let mut is_in = vec![0_u64; limit.div_ceil(64)];
+    numbers.for_each(|number| is_in[number as usize / 64] |= 1 << (number % 64));
+    let mut all = Vec::new();
+    for (word, mut bits) in is_in.into_iter().enumerate() {
+        while bits != 0 {
+            all.push(64 * word as u32 + bits.trailing_zeros());
+            bits &= bits - 1;
+        }
+    }
     all
 }

@@ -186,17 +186,14 @@ impl Body {
         embedded
     }
 
-    /// Makes the present shape the rest shape, with zero velocity. The surface of a solid is unfolded first; where that is not possible, or moves a vertex by
-    /// more than `most` (m), nothing is kept. Returns what was folded.
+    /// Makes the present shape the rest shape, with zero velocity. The surface of a solid is unfolded first, unless that moves a vertex by more than `most` (m) or
+    /// leaves folds. Returns what was folded.
     ///
     /// # Errors
     /// Returns the error of the grid plugin, or of the material if it refuses the new rest shape.
     pub(crate) fn keep(&mut self, pool: &Pool, most: f64) -> Result<Unfolded, LatticeError> {
         self.update_skin(pool)?;
-        let unfolded = if self.discretization.lattice().is_some() { self.unfold() } else { Unfolded::default() };
-        if unfolded.left > 0 || unfolded.moved > most {
-            return Ok(unfolded);
-        }
+        let unfolded = if self.discretization.lattice().is_some() { self.unfold(most) } else { Unfolded::default() };
         let Self { model, skin, system, discretization, .. } = self;
         discretization.keep(model, skin, system)?;
         if self.symmetry.is_some() && self.discretization.lattice().is_some() {
@@ -205,14 +202,17 @@ impl Body {
         Ok(unfolded)
     }
 
-    /// Moves vertices of the present surface so that no edge is folded that was not at rest.
-    fn unfold(&mut self) -> Unfolded {
+    /// Moves vertices of the present surface by up to `most` (m) each so that no edge is folded that was not at rest, or none.
+    fn unfold(&mut self, most: f64) -> Unfolded {
         let Skin { x, settled, cell, .. } = &mut self.skin;
         let pairs = x.iter().zip(settled.iter()).zip(cell.iter()).enumerate();
         let moved = pairs.filter(|(_, ((x, settled), cell))| **cell != NOT_EMBEDDED && x != settled);
         let mut moves: Moves = moved.map(|(v, ((x, settled), _))| (v as u32, x - settled)).collect();
         let before = moves.clone();
         let unfolded = limit_folds(&self.model, settled, cell, &mut moves, Unresolved::Leave);
+        if unfolded.left > 0 || unfolded.moved > most {
+            return Unfolded { left: unfolded.edges, moved: 0.0, ..unfolded };
+        }
         for ((v, d), _) in moves.iter().zip(&before).filter(|(now, before)| now != before) {
             x[*v as usize] = settled[*v as usize] + d;
         }

@@ -43,7 +43,7 @@ impl EditKind for Flatten {
     }
 
     fn begin(&self, edit: &Edit, tool: &Tool, _bodies: usize) -> Box<dyn Action> {
-        RestShapeFlow::begin(edit, tool, RATE, GoalDisplacement::Surface(to_plane))
+        RestShapeFlow::begin(edit, tool, RATE, GoalDisplacement::Side(to_plane))
     }
 }
 

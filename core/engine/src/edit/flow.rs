@@ -9,9 +9,11 @@ use super::brush::{Brush, BrushShape};
 use super::touch_stroke::{BodyChange, ChangingTouch, Due};
 use super::{Action, Step};
 use crate::body::{Body, Discretization, LatticeError, Model, Moves, RestChange, Skin, Unresolved, limit_folds};
+use crate::contact::normal_of;
 use crate::plan::Edit;
 use crate::tool::Tool;
 use nalgebra::UnitQuaternion;
+use pliant_mesh::geometry::closest_point;
 use pliant_solver::Vec3;
 
 /// Largest fraction of the goal displacement in one change: above 1/2 fairing does not converge.
@@ -49,12 +51,29 @@ impl BrushRegion<'_> {
         let sum: Vec3 = self.vertices.iter().map(|&(v, weight)| weight * self.area(v)).sum();
         sum.try_normalize(0.0).unwrap_or_else(Vec3::z)
     }
+
+    /// Whether each vertex (k) is on the side that is touched: less than 90 degrees from the mean normal of those that are less than that from the triangle at the
+    /// contact. What lies behind a thin part is not.
+    fn is_touched_side(&self) -> Vec<bool> {
+        let triangles = self.vertices.iter().flat_map(|(v, _)| self.model.around(*v));
+        let corners = triangles.map(|t| self.model.surface.triangles[*t as usize].map(|v| self.rest(v)));
+        let distance = |corners: &[Vec3; 3]| (closest_point(self.centre, *corners).point - self.centre).norm_squared();
+        let touched = corners.map(|corners| (distance(&corners), corners)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, touched)) = touched else { return vec![true; self.vertices.len()] };
+        let areas: Vec<Vec3> = self.vertices.iter().map(|&(v, _)| self.area(v)).collect();
+        let (first, weighted) = (normal_of(touched), self.vertices.iter().zip(&areas));
+        let facing = weighted.filter(|(_, area)| area.dot(&first) > 0.0);
+        let mean: Vec3 = facing.map(|((_, weight), area)| *weight * area).sum();
+        areas.iter().map(|area| area.dot(&mean) > 0.0).collect()
+    }
 }
 
 /// Displacement of the rest shape to its goal.
 pub(super) enum GoalDisplacement {
     /// Displacement of every vertex of the region, m (k x 3); zero if it has no goal.
     Surface(fn(&BrushRegion<'_>) -> Vec<Vec3>),
+    /// The same of the vertices on the side that is touched; others move with their cells.
+    Side(fn(&BrushRegion<'_>) -> Vec<Vec3>),
     /// Displacement of every node of the brush, m (k x 3).
     Nodes(fn(&Brush, &Body) -> Vec<Vec3>),
 }
@@ -96,21 +115,30 @@ impl RestShapeFlow {
     ) -> Result<(), LatticeError> {
         let radius = shape.radius_at(body.discretization.edge());
         let centre = body.embed_point(at)?.settled;
-        let vertices = self.brush.vertices(body, centre, radius, shape.falloff)?;
-        let region = BrushRegion { centre, hand, vertices: &vertices, model: &body.model, skin: &body.skin };
+        let mut vertices = self.brush.vertices(body, centre, radius, shape.falloff)?;
+        let mut carried = Vec::new();
+        let Body { model, skin, .. } = &*body;
+        if let GoalDisplacement::Side(_) = self.goal {
+            let region = BrushRegion { centre, hand, vertices: &vertices, model, skin };
+            let mut sides = region.is_touched_side().into_iter();
+            carried = vertices.extract_if(.., |_| sides.next() == Some(false)).map(|(v, _)| v).collect();
+        }
+        let region = BrushRegion { centre, hand, vertices: &vertices, model, skin };
         let displacements = goal(&region);
         let mut moves: Moves =
             vertices.iter().zip(displacements).map(|(&(v, weight), d)| (v, fraction * weight * d)).collect();
         // Nodes take the mean of what the surface does, which goes no farther than where it folds.
         limit_folds(&body.model, &body.skin.settled, &body.skin.cell, &mut moves, Unresolved::Stop);
-        transfer(&self.brush, &moves, body, &mut self.change)
+        transfer(&self.brush, &moves, &carried, body, &mut self.change)
     }
 }
 
-/// Transfers displacements of surface vertices (ascending) to the nodes of the brush, and the remainder to the surface points.
+/// Transfers displacements of surface vertices (ascending) to the nodes of the brush, and the remainder to the surface points. Those that are `carried`
+/// (ascending) have no displacement of their own.
 fn transfer(
     brush: &Brush,
     moves: &[(u32, Vec3)],
+    carried: &[u32],
     body: &mut Body,
     change: &mut RestChange,
 ) -> Result<(), LatticeError> {
@@ -131,7 +159,7 @@ fn transfer(
     let find = |v: u32| moves.binary_search_by_key(&v, |(of, _)| *of).ok().map(|at| moves[at].1);
     for (cell, corners) in &near {
         let (points, weights) = lattice.weighted_points(*cell, model)?;
-        for (&v, weights) in points.iter().zip(weights) {
+        for (&v, weights) in points.iter().zip(weights).filter(|(v, _)| carried.binary_search(v).is_err()) {
             let d = find(v).unwrap_or_else(Vec3::zeros);
             for (&n, w) in corners.iter().zip(weights) {
                 change.nodes[n as usize] += *w * d;
@@ -160,9 +188,9 @@ fn transfer(
     for (cell, _) in &near {
         by.clear();
         lattice.displace_points(*cell, &change.nodes, model, &mut by)?;
-        for (&v, carried) in lattice.points(*cell)?.iter().zip(&by) {
+        for (&v, by) in lattice.points(*cell)?.iter().zip(&by) {
             let Some(wanted) = find(v) else { continue };
-            change.points.push((v, wanted - carried));
+            change.points.push((v, wanted - by));
         }
     }
     Ok(())
@@ -193,7 +221,7 @@ impl BodyChange for RestShapeFlow {
                     self.change.nodes[n as usize] = fraction * weight * d;
                 }
             }
-            GoalDisplacement::Surface(goal) => {
+            GoalDisplacement::Surface(goal) | GoalDisplacement::Side(goal) => {
                 self.flow_surface(body, Brushed { at: at.rest, hand, shape }, goal, fraction)?
             }
         }

@@ -222,35 +222,26 @@ impl Session {
                     )
                 });
             }
-            let is_other = body.system.nodes.x != body.system.nodes.rest;
+            has_changed |= body.system.nodes.x != body.system.nodes.rest;
             let most = MAX_REPAIR * body.discretization.edge();
             let Unfolded { edges, left, moved } = match body.keep(self.motion.pool(), most) {
                 Ok(unfolded) => unfolded,
                 Err(error) => {
-                    has_changed |= is_other;
                     self.freeze(index, time, error.to_string());
                     continue;
                 }
             };
-            let (name, [moved_mm, most_mm]) = (&body.name, [moved, most].map(|way| 1e3 * way));
-            if left > 0 || moved > most {
-                self.events.add(EventKind::NotKept, time, || {
-                    format!(
-                        "body `{name}`: its surface was folded at {edges} edges, and to unfold it would move vertices by more than {most_mm:.3} mm, so \
-                         its last shape is back; allowed for `release = \"keep\"` is a repair by up to that"
-                    )
-                });
-                go_to_rest(body);
-                continue;
-            }
             if edges > 0 {
-                self.events.add(EventKind::Repaired, time, || {
-                    format!(
+                let (name, [moved_mm, most_mm]) = (&body.name, [moved, most].map(|way| 1e3 * way));
+                self.events.add(EventKind::Repaired, time, || match left {
+                    0 => format!(
                         "body `{name}`: its surface was folded at {edges} edges when the shape was kept; vertices there were moved by at most {moved_mm:.3} mm"
-                    )
+                    ),
+                    _ => format!(
+                        "body `{name}`: its surface is folded at {left} edges, and was kept so: to unfold it would move vertices by more than {most_mm:.3} mm"
+                    ),
                 });
             }
-            has_changed |= is_other;
             self.changed(index);
         }
         has_changed

@@ -68,9 +68,9 @@ pub enum EventKind {
     Model,
     /// Vertices of a model's borders that lie where others do are taken as one with them.
     Welded,
-    /// A shape was to be kept but springs back, because elements of the solid have failed, cells of it are inverted, its surface is folded, or the hand had let go.
+    /// A shape was to be kept but springs back, because elements of the solid have failed, cells of it are inverted, or the hand had let go.
     NotKept,
-    /// A shape that was kept had inverted or flat cells, or a folded surface, which were repaired.
+    /// A shape that was kept had inverted or flat cells, which were repaired, or a folded surface.
     Repaired,
 }
 
