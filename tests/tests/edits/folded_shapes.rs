@@ -143,5 +143,5 @@ fn pressures_that_are_kept_fold_nothing() {
 
 #[test]
 fn a_grab_that_twists_by_more_than_half_a_turn_keeps_no_fold() {
-    folds_nothing("grab", "release = \"keep\"", 14, 40);
+    folds_nothing("grab", "release = \"keep\"", 102, 12);
 }
