@@ -1,6 +1,8 @@
 //! No stroke folds the surface of a solid: long strokes of kinds that change the shape at rest, at the greatest strength of the window, and hands that twist what they
 //! grab by more than half a turn and keep it, on noisy models, with handles, plates and tubes.
 
+#![allow(clippy::print_stdout, reason = "what was seen of each case")]
+
 use pliant_engine::session::Session;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::{Random, models};

@@ -1,5 +1,7 @@
 //! Flatten takes the side that is touched: a plate thinner than the tool becomes flat there, lies as it did, and keeps its thickness.
 
+#![allow(clippy::print_stdout, reason = "what was seen of each case")]
+
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::Random;
 use pliant_mesh::{Surface, generate};
@@ -13,7 +15,7 @@ const RADIUS: f64 = 0.02;
 /// A plate of a `thickness` (m) with noise of a `height` (m) on both sides.
 fn plate(random: &mut Random, thickness: f64, height: f64) -> String {
     let document = generate::cuboid(24, [SIDE, SIDE, thickness]).unwrap();
-    let text = String::from_utf8_lossy(&document.bytes()).into_owned();
+    let text = String::from_utf8_lossy(document.bytes()).into_owned();
     let line = |line: &str| match line.split_whitespace().collect::<Vec<_>>()[..] {
         ["v", x, y, z] => {
             let z: f64 = z.parse().unwrap();
