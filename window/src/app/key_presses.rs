@@ -61,6 +61,7 @@ mod tests {
         let held = presses(&[plain, (Key::X, Modifiers::NONE, true)]);
         assert!(switches(&held, Key::X) && plain_presses(&held, Key::X) == 2);
     }
+
     #[test]
     fn a_stroke_begins_with_what_was_set_before_it() {
         let [plain, other] = [Key::X, Key::Y].map(|key| presses(&[(key, Modifiers::NONE, false)]).remove(0));

@@ -33,6 +33,7 @@ const NARROWEST_MESSAGE: f32 = 260.0;
 const WIDEST_MESSAGE: f32 = 720.0;
 /// Time for reading a letter: 200 words in a minute.
 const READING: Duration = Duration::from_millis(50);
+
 /// Points of the screen that the axes in the corner take up.
 const AXES_SIZE: f32 = 112.0;
 /// Points of the screen of half an edge of the cube among them.

@@ -16,7 +16,6 @@ const MIN_COSINE: f64 = -0.866_025_403_784_438_6;
 const SWEEPS: usize = 60;
 /// Sweeps before the vertices around are included.
 const SWEEPS_OF_A_ROUND: usize = 10;
-
 /// Largest change of the cosine by rounding, where an edge that is as sharp already moves as a whole.
 const ROUNDING: f64 = 1e-9;
 
@@ -63,17 +62,18 @@ pub fn limit_folds(
     Unfolded { edges, left, moved }
 }
 
-/// Two triangles with a common edge.
+/// Two triangles with a common edge, each by its vertices.
 struct Hinge([[u32; 3]; 2]);
 
 /// The surface around the vertices that move. Vertices that move as one are one.
 struct Patch {
     /// Positions before the change, m (v x 3).
     points: Vec<Vec3>,
-    /// m (v x 3)
+    /// Displacements, m (v x 3).
     displacements: Vec<Vec3>,
     /// Vertices that share an edge with each (v); empty for those that do not move.
     neighbours: Vec<Vec<u32>>,
+    /// Edges of which a triangle moves.
     hinges: Vec<Hinge>,
     /// Vertex of the patch of each displacement.
     of_moves: Vec<u32>,

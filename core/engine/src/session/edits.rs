@@ -238,7 +238,7 @@ impl Session {
                         "body `{name}`: its surface was folded at {edges} edges when the shape was kept; vertices there were moved by at most {moved_mm:.3} mm"
                     ),
                     _ => format!(
-                        "body `{name}`: its surface is folded at {left} edges, and was kept so: to unfold it would move vertices by more than {most_mm:.3} mm"
+                        "body `{name}`: its surface is folded at {left} edges, and was kept so: moving vertices by up to {most_mm:.3} mm does not unfold it"
                     ),
                 });
             }
