@@ -131,16 +131,16 @@ fn pinching_folds_nothing() {
 
 #[test]
 fn smoothing_and_scaling_fold_nothing() {
-    folds_nothing("smooth", "strength = 90", 9, 8);
-    folds_nothing("shrink", "strength = 3", 10, 4);
-    folds_nothing("grow", "strength = 3", 11, 4);
+    folds_nothing("smooth", "strength = 90", 9, 4);
+    folds_nothing("shrink", "strength = 3", 10, 2);
+    folds_nothing("grow", "strength = 3", 11, 2);
 }
 
 #[test]
 fn pressures_that_are_kept_fold_nothing() {
     let strength = format!("strength = {}\nrelease = \"keep\"", 0.75 * YOUNG);
-    folds_nothing("inflate", &strength, 12, 6);
-    folds_nothing("deflate", &strength, 13, 6);
+    folds_nothing("inflate", &strength, 12, 3);
+    folds_nothing("deflate", &strength, 13, 3);
 }
 
 #[test]

@@ -187,7 +187,7 @@ impl Body {
     }
 
     /// Makes the present shape the rest shape, with zero velocity. The surface of a solid is unfolded first, unless that moves a vertex by more than `most` (m) or
-    /// leaves folds. Returns what was folded.
+    /// leaves folds. Returns what was unfolded.
     ///
     /// # Errors
     /// Returns the error of the grid plugin, or of the material if it refuses the new rest shape.
@@ -202,7 +202,7 @@ impl Body {
         Ok(unfolded)
     }
 
-    /// Moves vertices of the present surface by up to `most` (m) each so that no edge is folded that was not at rest, or none.
+    /// Moves vertices of the present surface by up to `most` (m) each so that no edge is folded that was not at rest, or none of them.
     fn unfold(&mut self, most: f64) -> Unfolded {
         let Skin { x, settled, cell, .. } = &mut self.skin;
         let pairs = x.iter().zip(settled.iter()).zip(cell.iter()).enumerate();
@@ -211,7 +211,7 @@ impl Body {
         let before = moves.clone();
         let unfolded = limit_folds(&self.model, settled, cell, &mut moves, Unresolved::Leave);
         if unfolded.left > 0 || unfolded.moved > most {
-            return Unfolded { left: unfolded.edges, moved: 0.0, ..unfolded };
+            return Unfolded::default();
         }
         for ((v, d), _) in moves.iter().zip(&before).filter(|(now, before)| now != before) {
             x[*v as usize] = settled[*v as usize] + d;

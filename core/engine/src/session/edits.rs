@@ -224,7 +224,7 @@ impl Session {
             }
             has_changed |= body.system.nodes.x != body.system.nodes.rest;
             let most = MAX_REPAIR * body.discretization.edge();
-            let Unfolded { edges, left, moved } = match body.keep(self.motion.pool(), most) {
+            let Unfolded { edges, moved, .. } = match body.keep(self.motion.pool(), most) {
                 Ok(unfolded) => unfolded,
                 Err(error) => {
                     self.freeze(index, time, error.to_string());
@@ -232,14 +232,11 @@ impl Session {
                 }
             };
             if edges > 0 {
-                let (name, [moved_mm, most_mm]) = (&body.name, [moved, most].map(|way| 1e3 * way));
-                self.events.add(EventKind::Repaired, time, || match left {
-                    0 => format!(
-                        "body `{name}`: its surface was folded at {edges} edges when the shape was kept; vertices there were moved by at most {moved_mm:.3} mm"
-                    ),
-                    _ => format!(
-                        "body `{name}`: its surface is folded at {left} edges, and was kept so: moving vertices by up to {most_mm:.3} mm does not unfold it"
-                    ),
+                let (name, moved) = (&body.name, 1e3 * moved);
+                self.events.add(EventKind::Repaired, time, || {
+                    format!(
+                        "body `{name}`: its surface was folded at {edges} edges when the shape was kept; vertices there were moved by at most {moved:.3} mm"
+                    )
                 });
             }
             self.changed(index);

@@ -70,7 +70,7 @@ pub enum EventKind {
     Welded,
     /// A shape was to be kept but springs back, because elements of the solid have failed, cells of it are inverted, or the hand had let go.
     NotKept,
-    /// A shape that was kept had inverted or flat cells, which were repaired, or a folded surface.
+    /// A shape that was kept had inverted or flat cells, or a folded surface, which were repaired.
     Repaired,
 }
 
