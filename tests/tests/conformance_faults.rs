@@ -116,6 +116,7 @@ fn sound_plugins_fail_no_case() {
         "sound-lists",
         "sound-net",
         "sound-fibres",
+        "sound-listed-fibres",
         "sound-brick",
         "sound-finger",
         "sound-layer",

@@ -89,10 +89,13 @@ impl<const F: u8> Material for FibreSolid<F> {
             fault::FIBRES_HAVE_SIGN => c"fibres-have-sign",
             fault::FIBRES_IGNORED => c"fibres-ignored",
             fault::OBLIQUE_FIBRES_OFF => c"oblique-fibres-off",
+            fault::WHOLE_LISTS => c"sound-listed-fibres",
             _ => c"sound-fibres",
         },
         const { &[AFTER] as &[Param] },
     );
+
+    const WANTS_WHOLE_LISTS: bool = F == fault::WHOLE_LISTS;
 
     fn new(_: &Params<'_>) -> Result<Self, Fault> {
         let [shear, first] = LAME;

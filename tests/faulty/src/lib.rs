@@ -161,10 +161,12 @@ pub mod fault {
     pub const TANGENT_NOT_LINEAR: u8 = 82;
     /// Keeps a factor in a static variable during a call.
     pub const STATIC_SCRATCH: u8 = 83;
-    /// None: springs that want whole lists.
+    /// None: springs, or a solid, that want whole lists.
     pub const WHOLE_LISTS: u8 = 114;
     /// As [`WHOLE_LISTS`], and leaves out the springs of a list behind the first 16,384.
     pub const CUTS_LONG_LISTS: u8 = 115;
+    /// As [`WHOLE_LISTS`], and its springs break.
+    pub const LISTS_FAIL: u8 = 116;
     /// Allocates in `new` and gives nothing back.
     pub const LEAKS: u8 = 88;
     /// Reads the position behind that of the last node.
@@ -289,6 +291,7 @@ export_plugins!(
     AsMaterial<SpringMaterial<PANICS_IN_ADVANCE>>,
     AsMaterial<SpringMaterial<WHOLE_LISTS>>,
     AsMaterial<SpringMaterial<CUTS_LONG_LISTS>>,
+    AsMaterial<SpringMaterial<LISTS_FAIL>>,
     AsMaterial<SpringSheet<NONE>>,
     AsMaterial<SpringSheet<HINGE_GRADIENT_OFF>>,
     AsMaterial<SpringSheet<HINGE_NOT_OBJECTIVE>>,
@@ -300,6 +303,7 @@ export_plugins!(
     AsMaterial<SpringSheet<NORMALS_PULL_AT_REST>>,
     AsMaterial<SpringSheet<TILT_TOO_SOFT>>,
     AsMaterial<FibreSolid<NONE>>,
+    AsMaterial<FibreSolid<WHOLE_LISTS>>,
     AsMaterial<FibreSolid<FIBRES_KEEP_AXES>>,
     AsMaterial<FibreSolid<FIBRES_HAVE_SIGN>>,
     AsMaterial<FibreSolid<FIBRES_IGNORED>>,

@@ -34,7 +34,7 @@ const BREAKS: f64 = 0.3;
 
 /// Whether springs with a fault break.
 const fn fails(fault: u8) -> bool {
-    matches!(fault, fault::FAILS | fault::FAILS_BY_POSITION)
+    matches!(fault, fault::FAILS | fault::FAILS_BY_POSITION | fault::LISTS_FAIL)
 }
 
 /// Bits of the parameter `after` of the instance that was made last, for [`fault::SHARES_STATE`].
@@ -183,12 +183,13 @@ impl<const F: u8> Material for SpringMaterial<F> {
             fault::PANICS_IN_ADVANCE => c"panics-in-advance",
             fault::WHOLE_LISTS => c"sound-lists",
             fault::CUTS_LONG_LISTS => c"cuts-long-lists",
+            fault::LISTS_FAIL => c"lists-fail",
             _ => c"sound-springs",
         },
         if has_field(F) { const { &[AFTER, SPRING] as &[Param] } } else { const { &[AFTER] as &[Param] } },
     );
 
-    const WANTS_WHOLE_LISTS: bool = matches!(F, fault::WHOLE_LISTS | fault::CUTS_LONG_LISTS);
+    const WANTS_WHOLE_LISTS: bool = matches!(F, fault::WHOLE_LISTS | fault::CUTS_LONG_LISTS | fault::LISTS_FAIL);
 
     fn new(params: &Params<'_>) -> Result<Self, Fault> {
         assert!(F != fault::PANIC_IN_NEW, "panicked on purpose, in new");

@@ -52,6 +52,7 @@ fn a_plugin_that_fails_when_it_is_opened_ends_the_run_before_it_begins() {
             ["no-mass", grid, device],
             &["body `block`", "no-mass", "node 0 at [", "mass 0 kg", "allowed is a finite mass"],
         ),
+        (["lists-fail", grid, device], &["lists-fail", "elements", "can fail", "whole lists"]),
         ([material, "panics-in-build", device], &["panics-in-build", "build", "panicked on purpose, in build"]),
         ([material, "refuses-in-build", device], &["refuses-in-build", "build", "refused on purpose"]),
         (

@@ -100,7 +100,12 @@ impl Field {
         let turned = |t: &[u32; 3]| normal(before, t).dot(&normal(after, t)) < 0.0;
         // Fairing turns the side of a sharp ridge by a right angle, and brings it in line with its neighbours; what is turned over lies on one that it did not lie on.
         let shares_edge = |t: &[u32; 3], o: &[u32; 3]| t.iter().filter(|v| o.contains(v)).count() == 2;
-        let faces = |x: &[Vec3], t: &[u32; 3], o: &[u32; 3]| normal(x, t).dot(&normal(x, o)) > 0.0;
+        // Fairing makes an edge of what was round, as where it flattens what is beside a horn, and folds none: the largest angle between normals is that of `limit_folds`.
+        let least = if fairs { 150_f64.to_radians().cos() } else { 0.0 };
+        let faces = |x: &[Vec3], t: &[u32; 3], o: &[u32; 3]| {
+            let [a, b] = [t, o].map(|t| normal(x, t));
+            a.dot(&b) > least * a.norm() * b.norm()
+        };
         let lies_on =
             |t: &[u32; 3]| triangles.iter().any(|o| shares_edge(t, o) && faces(before, t, o) && !faces(after, t, o));
         let inverted = triangles.iter().filter(|t| turned(t) && lies_on(t)).count();

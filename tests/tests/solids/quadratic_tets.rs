@@ -241,24 +241,28 @@ fn histories_and_fibres_are_at_the_points_of_elements() {
     assert!(across > 0.0 && along > 2.0 * across, "fibres carry along themselves: {along} N, {across} N");
 }
 
-/// A material that can fail is refused where it is named, with the remedy, for straight and curved elements; linear ones of the same mesh are simulated.
+/// A material whose elements can fail or that wants whole lists is refused where it is named, with the remedy, for straight and curved elements; linear ones of the same
+/// mesh are simulated.
 #[test]
-fn materials_that_can_fail_are_refused_for_quadratic_tetrahedra() {
+fn materials_that_quadratic_tetrahedra_cannot_serve_are_refused() {
     let linear = bar(1);
-    for (mesh, is_refused) in [(linear.clone(), false), (linear.clone().quadratic(), true)] {
-        let bench = Bench::new();
-        bench.write("bar.vtk", mesh.bytes(TetFormat::Vtk));
-        let scene = "format = 1\ngravity = [0, 0, -9.81]\n[time]\ndt = 1e-3\nduration = 2e-3\nintegrator = \"backward-euler\"\n[[body]]\nname = \"bar\"\n\
-                     mesh = \"bar.vtk\"\nmaterial = { plugin = \"quasi-brittle\" }\n";
-        bench.write("scene.toml", scene);
-        let ran = bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(if is_refused { 2 } else { 0 });
-        if is_refused {
-            ran.says(&[
-                "scene.toml:10:23",
-                "`quasi-brittle` of body `bar` can fail",
-                "quadratic tetrahedra of 10 nodes",
-                "allowed are tetrahedra of 4 nodes",
-            ]);
+    let materials = [("quasi-brittle", "can fail"), ("faulty-plugins#sound-listed-fibres", "wants whole lists")];
+    for (plugin, why) in materials {
+        for (mesh, is_refused) in [(linear.clone(), false), (linear.clone().quadratic(), true)] {
+            let bench = Bench::new();
+            bench.write("bar.vtk", mesh.bytes(TetFormat::Vtk));
+            let scene = format!(
+                "format = 1\ngravity = [0, 0, -9.81]\n[time]\ndt = 1e-3\nduration = 2e-3\nintegrator = \"backward-euler\"\n[[body]]\nname = \"bar\"\n\
+                 mesh = \"bar.vtk\"\nmaterial = {{ plugin = \"{plugin}\" }}\n"
+            );
+            bench.write("scene.toml", scene);
+            let ran = bench.pliant(&["run", "scene.toml", "-q", "--out", "out"]).expect(if is_refused { 2 } else { 0 });
+            if is_refused {
+                let id = plugin.rsplit('#').next().unwrap();
+                let named = format!("`{id}` of body `bar` {why}");
+                let nodes = "quadratic tetrahedra of 10 nodes";
+                ran.says(&["scene.toml:10:23", &named, nodes, "allowed are tetrahedra of 4 nodes"]);
+            }
         }
     }
 }
