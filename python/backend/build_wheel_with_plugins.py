@@ -34,8 +34,7 @@ def _build_plugins() -> None:
     if not manifests:
         raise SystemExit(f"{WORKSPACE / 'plugins'}: no plugins; the package is built from a checkout of the whole repository")
     names = [tomllib.loads(manifest.read_text())["package"]["name"] for manifest in manifests]
-    # Symbols of nine libraries are larger than their code.
-    environment = os.environ | {"CARGO_PROFILE_RELEASE_STRIP": "symbols", "CARGO_TARGET_DIR": str(_target_folder())}
+    environment = os.environ | {"CARGO_TARGET_DIR": str(_target_folder())}
     if sys.platform == "linux":
         # The plugin in C++ brings its library along: a wheel depends on libc alone.
         environment["CXXSTDLIB"] = "static:-bundle=stdc++"
@@ -51,7 +50,17 @@ def _build_plugins() -> None:
         found = [library for library in built if library.is_file()]
         if not found:
             raise SystemExit(f"{name}: cargo built no shared library in {_target_folder() / 'release'}")
-        shutil.copy2(found[0], PLUGINS)
+        _strip(Path(shutil.copy2(found[0], PLUGINS)))
+
+
+def _strip(library: Path) -> None:
+    """Remove symbols, which are larger than the code; a system without the tool keeps them.
+
+    A profile of cargo that strips would have all dependencies compiled again, which the workspace above has compiled already.
+    """
+    options = {"linux": ["--strip-all"], "darwin": ["-x"]}.get(sys.platform)
+    if options and shutil.which("strip"):
+        subprocess.run(["strip", *options, str(library)], check=True)
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):

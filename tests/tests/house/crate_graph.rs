@@ -9,14 +9,15 @@ use toml::Table;
 /// Allowed dependencies of each crate: folders, or `folder/*` for every crate in a folder.
 type Allowed = BTreeMap<String, Vec<String>>;
 
-fn manifest(folder: &Path) -> Table {
+/// The manifest of a folder.
+pub(crate) fn manifest(folder: &Path) -> Table {
     let path = folder.join("Cargo.toml");
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     text.parse().unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
 /// Folders of the workspace's crates by package name.
-fn members() -> BTreeMap<String, String> {
+pub(crate) fn members() -> BTreeMap<String, String> {
     let workspace = manifest(&root());
     let members = workspace["workspace"]["members"].as_array().expect("a list of members").iter();
     let folders = members.map(|member| member.as_str().expect("a folder").to_owned());
@@ -134,7 +135,7 @@ fn crates_deny_floats_that_depend_on_the_platform() {
 const LANES: [&str; 2] = ["plugin-api/src/lanes/", "core/solver/src/lanes/"];
 
 /// Paths of the Rust sources in a folder, relative to the root.
-fn sources(folder: &Path, all: &mut Vec<String>) {
+pub(crate) fn sources(folder: &Path, all: &mut Vec<String>) {
     for entry in std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display())) {
         let path = entry.expect("an entry").path();
         if path.is_dir() && !path.ends_with("target") {
