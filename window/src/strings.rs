@@ -46,8 +46,14 @@ pub const AS_OPENED: &str = "as opened";
 pub const REFERENCE: &str = "Reference";
 /// Asks for a reference image.
 pub const OPEN_REFERENCE: &str = "Reference image...";
-/// See [`OPEN_REFERENCE`].
-pub const REFERENCE_HINT: &str = "A PNG or JPEG behind the model, which may also be dropped on the window.";
+/// See [`OPEN_REFERENCE`]. `takes_drops`: whether the window is told of files that are dropped on it.
+pub fn reference_hint(takes_drops: bool) -> &'static str {
+    match takes_drops {
+        true => "A PNG or JPEG behind the model, which may also be dropped on the window.",
+        false => "A PNG or JPEG behind the model.",
+    }
+}
+
 /// Takes the reference image away.
 pub const REMOVE: &str = "Remove";
 /// Where the image stands.
@@ -466,8 +472,14 @@ pub fn no_such_file(path: &Path) -> String {
 
 /// While a model is being opened.
 pub const OPENING: &str = "Opening";
-/// Without a model.
-pub const NO_MODEL: &str = "Open a model (Ctrl+O), or drop an OBJ file or a scene here.";
+/// Without a model. `takes_drops`: whether the window is told of files that are dropped on it.
+pub fn no_model(takes_drops: bool) -> &'static str {
+    match takes_drops {
+        true => "Open a model (Ctrl+O), or drop an OBJ file or a scene here.",
+        false => "Open a model or a scene (Ctrl+O).",
+    }
+}
+
 /// Closes a message.
 pub const CLOSE: &str = "Close";
 /// Answers of the question about unsaved strokes.

@@ -69,6 +69,14 @@ impl App {
     }
 }
 
+/// Whether the window is told of files that are dropped on it: its library (winit 0.30) hears of them from X servers and from other systems, and not from Wayland,
+/// which it takes where these variables say that there is one.
+pub(super) fn takes_drops() -> bool {
+    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    let may_be_wayland = cfg!(all(target_os = "linux", feature = "wayland"));
+    !(may_be_wayland && ["WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().any(is_set))
+}
+
 /// The file that is opened of those that were dropped: the first model or scene, otherwise the first image.
 fn taken_of(dropped: &[PathBuf]) -> Option<&PathBuf> {
     dropped.iter().find(|path| is_model_name(path)).or_else(|| dropped.iter().find(|path| is_image(path)))

@@ -1,6 +1,7 @@
 //! The reference image: reading it, its controls, and where it is remembered.
 
 use super::App;
+use super::dropped::takes_drops;
 use super::files::Purpose;
 use crate::reference::{
     ReferenceImage, ReferenceLoad, ReferencePlane, ReferenceQuad, ReferenceSettings, remember, remembered,
@@ -126,7 +127,7 @@ impl App {
             return;
         }
         ui.heading(strings::REFERENCE);
-        if ui.button(strings::OPEN_REFERENCE).on_hover_text(strings::REFERENCE_HINT).clicked() {
+        if ui.button(strings::OPEN_REFERENCE).on_hover_text(strings::reference_hint(takes_drops())).clicked() {
             self.ask_for_file(Purpose::Reference);
         }
         let Some(image) = &mut self.reference.image else { return };

@@ -1,6 +1,7 @@
 //! The lower edge of the window: what has happened, what the tool does, and the keys.
 
 use super::App;
+use super::dropped::takes_drops;
 use crate::strings;
 use eframe::egui::{self, Align2, Key, RichText, Vec2, vec2};
 
@@ -31,7 +32,7 @@ impl App {
                 let inverse = tool.inverse(&self.tools).map(|tool| tool.name());
                 let hint = match &self.model {
                     Some(_) => strings::tool_hint(tool.name(), tool.gesture(), inverse),
-                    None => strings::NO_MODEL.to_owned(),
+                    None => strings::no_model(takes_drops()).to_owned(),
                 };
                 ui.add(egui::Label::new(&hint).truncate()).on_hover_text(&hint);
             });

@@ -1,6 +1,7 @@
 //! The picture of the model: what the pointer does in it, and how it is painted.
 
 use super::App;
+use super::dropped::takes_drops;
 use super::gauges::remember;
 use super::key_pointer::KeyMotion;
 use super::key_presses::{around_press, is_pressed, switches};
@@ -89,7 +90,7 @@ impl App {
     fn waiting_text(&self) -> String {
         match (&self.simulation, &self.error) {
             (Some(_), None) => format!("{} {}", strings::OPENING, self.request.path.display()),
-            _ => strings::NO_MODEL.to_owned(),
+            _ => strings::no_model(takes_drops()).to_owned(),
         }
     }
 

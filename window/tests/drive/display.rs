@@ -5,7 +5,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use x11rb::CURRENT_TIME;
 use x11rb::connection::Connection;
-use x11rb::protocol::xproto::{AtomEnum, ClientMessageEvent, ConnectionExt, EventMask};
+use x11rb::protocol::xproto::{AtomEnum, ClientMessageEvent, ConnectionExt, EventMask, ImageFormat};
 
 /// Longest time that anything is waited for.
 pub const PATIENCE: Duration = Duration::from_secs(120);
@@ -13,6 +13,9 @@ pub const PATIENCE: Duration = Duration::from_secs(120);
 const PACE: Duration = Duration::from_millis(30);
 /// The middle of the picture in the window, between the panels.
 pub const MIDDLE: [i32; 2] = [600, 400];
+
+/// Width and height of the rectangle in which pictures are compared, pixels.
+const SEEN: [i32; 2] = [300, 140];
 
 /// A display in memory.
 pub struct Display {
@@ -64,6 +67,15 @@ impl Display {
                 server.send_event(false, window, EventMask::NO_EVENT, message).unwrap().check().unwrap();
             }
         }
+    }
+
+    /// What is seen in a rectangle about the middle of the picture, where no gauge is: bytes of its pixels.
+    pub fn picture(&self) -> Vec<u8> {
+        let (server, screen) = x11rb::connect(Some(&self.name)).unwrap();
+        let root = server.setup().roots[screen].root;
+        let [x, y] = [MIDDLE[0] - SEEN[0] / 2, MIDDLE[1] - SEEN[1] / 2].map(|place| place as i16);
+        let [width, height] = SEEN.map(|edge| edge as u16);
+        server.get_image(ImageFormat::Z_PIXMAP, root, x, y, width, height, u32::MAX).unwrap().reply().unwrap().data
     }
 
     /// Moves the pointer, as often in a second as a hand that is sampled by the window.

@@ -6,14 +6,14 @@ use crate::window::Window;
 use std::time::Duration;
 
 /// Places in the question in the middle of the window: its three buttons from the left.
-const SAVE: [i32; 2] = [520, 409];
+pub const SAVE: [i32; 2] = [520, 409];
 /// See [`SAVE`].
-const DISCARD: [i32; 2] = [585, 409];
+pub const DISCARD: [i32; 2] = [585, 409];
 /// See [`SAVE`].
-const CANCEL: [i32; 2] = [670, 409];
+pub const CANCEL: [i32; 2] = [670, 409];
 
 /// Clicks a button of the question that has just been asked.
-fn click(display: &Display, at: [i32; 2]) {
+pub fn click(display: &Display, at: [i32; 2]) {
     // It takes clicks from the frame after the first that shows it, which a hand cannot be too early for.
     std::thread::sleep(Duration::from_millis(500));
     display.move_to(at);

@@ -2,6 +2,8 @@
 
 mod cut;
 mod display;
+mod drag;
+mod dropping;
 mod edit;
 mod leaving;
 mod models;

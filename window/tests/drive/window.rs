@@ -42,11 +42,11 @@ impl Window {
             let complete = text.matches('\n').count();
             for (place, line) in text.lines().take(complete).enumerate().skip(self.read) {
                 let event: Value = serde_json::from_str(line).unwrap();
-                assert_ne!(event["event"], "failed", "{line}");
                 if event["event"] == name {
                     self.read = place + 1;
                     return event;
                 }
+                assert_ne!(event["event"], "failed", "{line}");
             }
             if let Some(status) = self.program.try_wait().unwrap() {
                 panic!("waited for `{name}`, and the program ended with {status}:\n{text}");
@@ -90,6 +90,22 @@ impl Window {
             }
             assert!(began.elapsed() < PATIENCE, "the model does not come to rest:\n{text}");
             std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Waits until the middle of the picture looks like one that was taken before, or does not: `is_alike`.
+    pub fn wait_for_picture(&self, display: &Display, before: &[u8], is_alike: bool) {
+        let began = Instant::now();
+        loop {
+            let now = display.picture();
+            let differ = now.iter().zip(before).filter(|(now, before)| now != before).count();
+            let share = differ as f64 / before.len() as f64;
+            // A panel covers more, and the ring of a tool or the plot of a force less.
+            if if is_alike { share < 0.05 } else { share > 0.2 } {
+                return;
+            }
+            assert!(began.elapsed() < PATIENCE, "{share} of the picture differs; it should be alike: {is_alike}");
+            std::thread::sleep(Duration::from_millis(100));
         }
     }
 
