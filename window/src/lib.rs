@@ -8,6 +8,7 @@
 
 pub mod app;
 pub mod arguments;
+pub mod drops;
 pub mod gl;
 pub mod materials;
 pub mod opening;

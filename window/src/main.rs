@@ -105,6 +105,11 @@ fn show(arguments: &Arguments) -> Result<(), String> {
         let gl = context.gl.clone().ok_or(strings::NO_CONTEXT)?;
         let renderer = GlRenderer::new(gl)?;
         let mut app = App::new(context.egui_ctx.clone(), Some(Arc::new(Mutex::new(renderer))), log);
+        #[cfg(target_os = "linux")]
+        if let Some(window) = x_window(context) {
+            let to_wake = context.egui_ctx.clone();
+            app.hear_of_drags(pliant_window::drops::take_drops(window, move || to_wake.request_repaint()));
+        }
         app.begin(arguments, early.take());
         if let Ok(mut measured) = of_window.lock() {
             *measured = Some(app.measurement());
@@ -117,6 +122,17 @@ fn show(arguments: &Arguments) -> Result<(), String> {
         (Some(found), _) => print(&found),
         (None, Some(_)) => Err("the window was closed before the measurement ended".into()),
         (None, None) => Ok(()),
+    }
+}
+
+/// The window's name on an X server; `None` on Wayland.
+#[cfg(target_os = "linux")]
+fn x_window(context: &eframe::CreationContext<'_>) -> Option<u32> {
+    use raw_window_handle::{HasWindowHandle, RawWindowHandle};
+    match context.window_handle().ok()?.as_raw() {
+        RawWindowHandle::Xlib(handle) => u32::try_from(handle.window).ok(),
+        RawWindowHandle::Xcb(handle) => Some(handle.window.get()),
+        _ => None,
     }
 }
 

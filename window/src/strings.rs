@@ -438,6 +438,14 @@ pub fn not_dropped(paths: &[impl AsRef<Path>]) -> String {
     )
 }
 
+/// None of what was dropped on the window is a file of this machine.
+pub fn no_files_here(uris: &[String]) -> String {
+    format!(
+        "{}: not a file of this machine; copy it to a folder of this machine and drop it from there",
+        uris.join(", ")
+    )
+}
+
 /// Over the window while a file is dragged over it that would be opened.
 pub fn drop_to_open(path: &Path) -> String {
     format!("Drop to open {}", names(&[path]))

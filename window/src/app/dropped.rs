@@ -1,11 +1,13 @@
 //! Files that are dragged over the window and dropped on it.
 
 use super::App;
+use crate::drops::{DragNews, DraggedFiles};
 use crate::opening::is_model_name;
 use crate::reference::is_image;
 use crate::strings;
 use eframe::egui::{self, Align2, Color32, FontId, Stroke, StrokeKind};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::Receiver;
 
 /// Width of the frame around the window while files are dragged over it, points.
 const FRAME: f32 = 4.0;
@@ -15,16 +17,17 @@ const FRAME_COLOURS: [Color32; 2] = [Color32::from_rgb(110, 190, 255), Color32::
 impl App {
     /// A frame around the window while files are dragged over it, and what becomes of them if they are dropped.
     pub(super) fn hovered_files(&self, context: &egui::Context) {
+        let of_library = context.input(|input| input.raw.hovered_files.clone());
         let hovered: Vec<PathBuf> =
-            context.input(|input| input.raw.hovered_files.iter().filter_map(|file| file.path.clone()).collect());
-        if hovered.is_empty() {
-            return;
-        }
+            of_library.into_iter().filter_map(|file| file.path).chain(self.dragged.paths.iter().cloned()).collect();
+        let others = &self.dragged.others;
         let (text, is_taken) = match taken_of(&hovered) {
             Some(taken) if is_model_name(taken) => (strings::drop_to_open(taken), true),
             Some(taken) if self.model.is_none() => (strings::image_without_model(taken), false),
             Some(taken) => (strings::drop_as_reference(taken), true),
-            None => (strings::not_dropped(&hovered), false),
+            None if !hovered.is_empty() => (strings::not_dropped(&hovered), false),
+            None if !others.is_empty() => (strings::no_files_here(others), false),
+            None => return,
         };
         let colour = FRAME_COLOURS[usize::from(!is_taken)];
         let (rect, id) = (context.content_rect(), egui::Id::unique("hovered"));
@@ -44,12 +47,25 @@ impl App {
     /// Opens the first model or scene of the files that were dropped. Where there is none, the first image is shown behind the open model. Files that are left
     /// out are told.
     pub(super) fn dropped_files(&mut self, context: &egui::Context) {
-        let dropped =
-            context.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_path_buf()).collect());
-        let dropped: Vec<PathBuf> = dropped;
+        let of_library = context.input(|input| input.raw.dropped_files.clone());
+        let mut dropped: Vec<PathBuf> = of_library.iter().map(|file| file.path().to_path_buf()).collect();
+        let mut others = Vec::new();
+        for news in self.drags.iter().flat_map(Receiver::try_iter) {
+            self.dragged = DraggedFiles::default();
+            match news {
+                DragNews::Over(files) => self.dragged = files,
+                DragNews::Left => {}
+                DragNews::Dropped(files) => {
+                    dropped.extend(files.paths);
+                    others.extend(files.others);
+                }
+            }
+        }
         let Some(taken) = taken_of(&dropped) else {
             if !dropped.is_empty() {
                 self.fail(strings::not_dropped(&dropped));
+            } else if !others.is_empty() {
+                self.fail(strings::no_files_here(&others));
             }
             return;
         };
@@ -57,7 +73,8 @@ impl App {
         if is_reference && self.model.is_none() {
             return self.fail(strings::image_without_model(taken));
         }
-        let left: Vec<&Path> = dropped.iter().map(PathBuf::as_path).filter(|path| *path != taken).collect();
+        let left = dropped.iter().map(PathBuf::as_path).filter(|path| *path != taken);
+        let left: Vec<&Path> = left.chain(others.iter().map(Path::new)).collect();
         if !left.is_empty() {
             self.tell(strings::dropped_left_out(taken, &left));
         }

@@ -33,6 +33,7 @@ pub use timings::{Latency, PointerLatency, START_STAGES, SeenHand, StartStage, S
 pub use view_settings::ViewSettings;
 
 use crate::arguments::Arguments;
+use crate::drops::{DragNews, DraggedFiles};
 use crate::gl::{Line, SurfaceRenderer};
 use crate::opening::OpenRequest;
 use crate::picture::Upload;
@@ -53,6 +54,7 @@ use pliant_editor::{DeviceChoice, LengthUnit};
 use pliant_engine::body::Axes;
 use reference_panel::Reference;
 use std::path::PathBuf;
+use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 use tempfile::TempDir;
@@ -129,6 +131,10 @@ pub struct App {
     keys: KeyPointer,
     layers: LayerPanel,
     reference: Reference,
+    /// What is dragged over the window, where the window library is not the one that tells it.
+    drags: Option<Receiver<DragNews>>,
+    /// Files that are over the window now, as `drags` tells.
+    dragged: DraggedFiles,
     force: ForcePlot,
     /// s, time of the frame since which the model is at rest; `None` while it moves
     rest_since: Option<f64>,
@@ -199,6 +205,8 @@ impl App {
             keys: KeyPointer::default(),
             layers: LayerPanel::default(),
             reference: Reference::default(),
+            drags: None,
+            dragged: DraggedFiles::default(),
             force: ForcePlot::default(),
             rest_since: None,
             times: FrameTimes::default(),
@@ -244,6 +252,11 @@ impl App {
             self.log.event("recovery offered", &[("path", found.path().display().to_string())]);
             self.question = Some(Question::Recover(found));
         }
+    }
+
+    /// Hears of files that are dragged over the window, beside what the window library tells.
+    pub fn hear_of_drags(&mut self, drags: Receiver<DragNews>) {
+        self.drags = Some(drags);
     }
 
     /// Looks at all of a model.

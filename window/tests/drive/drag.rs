@@ -15,6 +15,7 @@ use x11rb::{COPY_DEPTH_FROM_PARENT, COPY_FROM_PARENT};
 x11rb::atom_manager! {
     Atoms: AtomsCookie {
         XdndAware,
+        XdndProxy,
         XdndEnter,
         XdndPosition,
         XdndStatus,
@@ -34,6 +35,15 @@ const VERSION: u32 = 5;
 /// Where the source's window lies, over a corner of the picture: x, y, width, height in pixels.
 const CORNER: (i16, i16, u16, u16) = (0, 760, 40, 40);
 
+/// How a source speaks.
+#[derive(Clone, Copy, Default)]
+pub struct Habits {
+    /// It sends its messages to the window itself, also where another one takes them in its place.
+    pub ignores_proxies: bool,
+    /// It gives the list of files only after they were let go.
+    pub answers_late: bool,
+}
+
 /// What a source is told of its drag.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Finished {
@@ -51,6 +61,11 @@ pub struct Drag<'a> {
     root: Window,
     source: Window,
     target: Window,
+    /// The window that takes messages for the target.
+    address: Window,
+    /// Requests of the list of files that are not answered yet.
+    held: Vec<SelectionRequestEvent>,
+    habits: Habits,
     /// Bytes of the type text/uri-list.
     list: Vec<u8>,
     requests: usize,
@@ -58,7 +73,7 @@ pub struct Drag<'a> {
 
 impl<'a> Drag<'a> {
     /// Takes hold of files and moves them to a place, until the target has said that it accepts them.
-    pub fn start(display: &'a Display, list: impl Into<Vec<u8>>, to: [i32; 2]) -> Self {
+    pub fn start(display: &'a Display, list: impl Into<Vec<u8>>, to: [i32; 2], habits: Habits) -> Self {
         let (server, screen) = x11rb::connect(Some(&display.name)).unwrap();
         let atoms = Atoms::new(&server).unwrap().reply().unwrap();
         let root = server.setup().roots[screen].root;
@@ -71,7 +86,9 @@ impl<'a> Drag<'a> {
         let (depth, visual) = (COPY_DEPTH_FROM_PARENT, COPY_FROM_PARENT);
         server.create_window(depth, source, root, x, y, width, height, 0, class, visual, &aux).unwrap();
         server.map_window(source).unwrap().check().unwrap();
-        let mut drag = Self { display, server, atoms, root, source, target: root, list: list.into(), requests: 0 };
+        let (held, list) = (Vec::new(), list.into());
+        let mut drag =
+            Self { display, server, atoms, root, source, target: root, address: root, held, habits, list, requests: 0 };
         drag.wait("its window", |event| matches!(event, Event::Expose(_)).then_some(()));
 
         display.move_to([i32::from(x) + 20, i32::from(y) + 20]);
@@ -88,6 +105,7 @@ impl<'a> Drag<'a> {
             _ => None,
         });
         drag.target = drag.target_at(to).expect("a window at this place takes drops");
+        drag.address = drag.proxy_of_target().filter(|_| !habits.ignores_proxies).unwrap_or(drag.target);
         drag.send(atoms.XdndEnter, [VERSION << 24, atoms.URI_LIST, atoms.PLAIN_TEXT, 0]);
         let at = to.map(|coordinate| coordinate as u32);
         drag.send(atoms.XdndPosition, [0, at[0] << 16 | at[1], moved, atoms.XdndActionCopy]);
@@ -99,6 +117,8 @@ impl<'a> Drag<'a> {
     pub fn let_go(mut self) -> Finished {
         let released = self.release();
         self.send(self.atoms.XdndDrop, [0, released, 0, 0]);
+        self.habits.answers_late = false;
+        std::mem::take(&mut self.held).into_iter().for_each(|request| self.answer(request));
         let (target, finished) = (self.target, self.atoms.XdndFinished);
         let is_accepted = self.wait("XdndFinished", |event| match event {
             Event::ClientMessage(event) if event.type_ == finished => {
@@ -155,10 +175,21 @@ impl<'a> Drag<'a> {
         }
     }
 
+    /// The window that takes messages in the place of the target: it says so itself, and takes drops.
+    fn proxy_of_target(&self) -> Option<Window> {
+        let value = |window, name, kind| {
+            let property = self.server.get_property(false, window, name, kind, 0, 1).unwrap().reply().ok()?;
+            property.value32()?.next()
+        };
+        let proxy = value(self.target, self.atoms.XdndProxy, AtomEnum::WINDOW)?;
+        let says_so = value(proxy, self.atoms.XdndProxy, AtomEnum::WINDOW) == Some(proxy);
+        (says_so && value(proxy, self.atoms.XdndAware, AtomEnum::ATOM) >= Some(VERSION)).then_some(proxy)
+    }
+
     /// Sends the target a message that begins with the source's window.
     fn send(&self, kind: Atom, [a, b, c, d]: [u32; 4]) {
         let message = ClientMessageEvent::new(32, self.target, kind, [self.source, a, b, c, d]);
-        self.server.send_event(false, self.target, EventMask::NO_EVENT, message).unwrap().check().unwrap();
+        self.server.send_event(false, self.address, EventMask::NO_EVENT, message).unwrap().check().unwrap();
     }
 
     /// Waits for an event, and answers whoever asks for the list of files meanwhile.
@@ -167,7 +198,10 @@ impl<'a> Drag<'a> {
         loop {
             while let Some(event) = self.server.poll_for_event().unwrap() {
                 if let Event::SelectionRequest(request) = event {
-                    self.answer(request);
+                    match self.habits.answers_late {
+                        true => self.held.push(request),
+                        false => self.answer(request),
+                    }
                 } else if let Some(taken) = take(&event) {
                     return taken;
                 }

@@ -1,10 +1,12 @@
 //! Files that a file manager drags over the window and drops on it.
 
 use crate::display::{Display, MIDDLE};
-use crate::drag::{Drag, Finished, uri_list};
+use crate::drag::{Drag, Finished, Habits, uri_list};
 use crate::leaving::{CANCEL, DISCARD, SAVE, click};
 use crate::models::{ball, two_balls, vertices};
 use crate::window::Window;
+use std::ffi::OsString;
+use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 
 /// What a source is told of files that the window took; it asked once for their names.
@@ -19,7 +21,7 @@ fn two_balls_with_a_name(folder: &Path) -> PathBuf {
 
 /// Drops files on the middle of the picture.
 fn drop_files(display: &Display, paths: &[&Path]) {
-    assert_eq!(Drag::start(display, uri_list(paths), MIDDLE).let_go(), TAKEN);
+    assert_eq!(Drag::start(display, uri_list(paths), MIDDLE, Habits::default()).let_go(), TAKEN);
 }
 
 #[test]
@@ -32,7 +34,7 @@ fn a_file_with_spaces_and_letters_beyond_ascii_is_opened_by_a_drop_and_takes_str
     let mut window = Window::start(&display, &model);
 
     // What only passes over it changes nothing.
-    Drag::start(&display, uri_list(&[&other]), MIDDLE).leave();
+    Drag::start(&display, uri_list(&[&other]), MIDDLE, Habits::default()).leave();
     assert!(window.save(&display, &model) == of_ball);
 
     drop_files(&display, &[&other]);
@@ -139,5 +141,53 @@ fn of_several_files_in_one_drop_the_model_is_opened() {
     assert_eq!(window.wait("opening")["path"].as_str(), other.to_str());
     window.wait("opened");
     assert!(window.save(&display, &other) == of_two);
+    // A source that knows no proxies speaks to the window library.
+    let list = uri_list(&[&notes, &model, &other]);
+    let habits = Habits { ignores_proxies: true, ..Habits::default() };
+    assert_eq!(Drag::start(&display, list, MIDDLE, habits).let_go(), TAKEN);
+    assert_eq!(window.wait("opening")["path"].as_str(), model.to_str());
+    window.wait("opened");
+    window.close(&display);
+}
+
+/// The window library drops each of these lists in silence.
+#[test]
+#[ignore = "needs Xvfb and xdotool"]
+fn lists_as_other_programs_write_them_are_taken_and_what_is_no_file_here_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let (model, other) = (ball(folder.path()), two_balls(folder.path()));
+    // A name that is not UTF-8, which a scene cannot hold.
+    let latin = folder.path().join(OsString::from_vec(b"B\xe4lle.obj".to_vec()));
+    std::fs::copy(&other, &latin).unwrap();
+    let display = Display::start();
+    let mut window = Window::start(&display, &model);
+    let path = other.to_str().unwrap();
+    let late = Habits { answers_late: true, ..Habits::default() };
+    let takes = [
+        (format!("file://localhost{path}\r\n"), Habits::default()),
+        (format!("file:{path}\r\n"), Habits::default()),
+        (format!("file://{path}\n"), Habits::default()),
+        (format!("# of a file manager\r\nfile://{path}\r\n\0"), Habits::default()),
+        (format!("sftp://there{path}\r\nfile://{path}\r\n"), Habits::default()),
+        (format!("file://{path}.gone.txt\r\nfile://{path}\r\n"), Habits::default()),
+        (format!("file://{path}\r\n"), late),
+    ];
+    for (list, habits) in takes {
+        assert_eq!(Drag::start(&display, &*list, MIDDLE, habits).let_go(), TAKEN, "{list}");
+        assert_eq!(window.wait("opening")["path"].as_str(), Some(path), "{list}");
+        window.wait("opened");
+    }
+    let refused = [
+        (format!("file://{path}.gone.obj\r\n"), "balls.obj.gone.obj: there is no such file"),
+        (format!("sftp://there{path}\r\n"), "not a file of this machine"),
+        (format!("file://there{path}\r\n"), "not a file of this machine"),
+        (format!("file://{}/B%E4lle.obj\r\n", folder.path().display()), "lle.obj; paths are relative to the scene"),
+    ];
+    for (list, words) in refused {
+        assert_eq!(Drag::start(&display, &*list, MIDDLE, Habits::default()).let_go(), TAKEN, "{list}");
+        let said = window.wait("failed")["text"].as_str().unwrap().to_owned();
+        assert!(said.contains(words), "{list}: {said}");
+        display.key("Escape");
+    }
     window.close(&display);
 }
