@@ -1,9 +1,8 @@
 //! Files that are dropped on the window of an X server.
 //!
-//! The window library (winit 0.30) takes drops too, but where one URI of a list is not to its taste (a host name, `file:/path`, a comment, lines that end in a
-//! line feed alone, a name that is not UTF-8, a file that is not there, another scheme) it drops all of the list in silence, as it does with a list that comes
-//! later than the drop. So a window of our own takes the messages in its place, which the protocol allows (`XdndProxy`). A source that knows no proxies still
-//! speaks to the window library.
+//! The window library (winit 0.30) takes drops too. But it loses a whole list, without a word, where one URI has a host name, another scheme or one slash
+//! (`file:/path`), is a comment, ends in a line feed alone, is not UTF-8 or names a file that is not there, and where the list comes later than the drop. So a
+//! window of our own takes the messages in its place, which the protocol allows (`XdndProxy`). A source that knows no proxies still speaks to the library.
 //!
 //! Source: Lindahl and others, Drag-and-Drop Protocol for the X Window System, version 5.
 

@@ -100,9 +100,11 @@ impl Window {
             let now = display.picture();
             let differ = now.iter().zip(before).filter(|(now, before)| now != before).count();
             let share = differ as f64 / before.len() as f64;
-            // A panel covers more, and the ring of a tool or the plot of a force less.
-            if if is_alike { share < 0.05 } else { share > 0.2 } {
-                return;
+            // A panel covers more, and the ring of a tool less.
+            match is_alike {
+                true if share < 0.05 => return,
+                false if share > 0.2 => return,
+                _ => {}
             }
             assert!(began.elapsed() < PATIENCE, "{share} of the picture differs; it should be alike: {is_alike}");
             std::thread::sleep(Duration::from_millis(100));
