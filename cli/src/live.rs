@@ -31,7 +31,7 @@ pub fn run_live(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
         RecordingInputs { scene: &scene, source: &source, session: &session, mesh, live: true, history: false };
     let mut recording = args.record.as_ref().map(|path| RecordingWriter::create(path, &inputs)).transpose()?;
     let duration = args.duration.unwrap_or(scene.time.duration.get_ref().si);
-    stop.begin(&mut session);
+    stop.attach(&mut session);
     let mut live = LiveSession::start(&mut session, LiveSettings { rate: args.rate, view: None })?;
     let (mut stopped, mut last) = (false, false);
     while !last {

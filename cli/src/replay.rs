@@ -30,7 +30,7 @@ pub fn replay(cli: &Cli, args: &ReplayArgs) -> Result<Outcome, Failure> {
     let steps = recording.step_count();
     let bar = progress_bar("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left", steps, args.quiet || cli.json);
     let (mut stopped, mut first_difference) = (false, None);
-    stop.begin(&mut session);
+    stop.attach(&mut session);
     let each = recording.steps.iter().flat_map(|step| (0..step.count).map(move |repeat| (step, repeat)));
     for ((step, repeat), number) in each.zip(1..) {
         if repeat == 0 {

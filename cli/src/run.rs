@@ -32,7 +32,7 @@ pub fn run(cli: &Cli, args: &RunArgs) -> Result<Outcome, Failure> {
     let steps = scene.time.steps();
     let bar = progress_bar("{bar:30} {pos}/{len} steps  {elapsed} gone, {eta} left", steps, args.quiet || cli.json);
     let mut stopped = false;
-    stop.begin(&mut session);
+    stop.attach(&mut session);
     while session.steps() < steps && !stopped {
         session.step();
         stopped = stop.is_set();

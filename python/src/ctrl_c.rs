@@ -34,7 +34,7 @@ impl CtrlC {
     pub fn token(&self) -> CancelToken {
         #[cfg(target_os = "linux")]
         if self.installed.is_some() {
-            return CancelToken::of(Arc::clone(pressed()));
+            return CancelToken::from(Arc::clone(pressed()));
         }
         CancelToken::default()
     }

@@ -50,7 +50,7 @@ pub fn report(cli: &Cli, command: &ReportCommand) -> Result<Outcome, Failure> {
         set_message(&bar, progress.what);
     };
     let _watchdog = CallWatchdog::start(args.call_limit, "the report was ended; the same command resumes it");
-    let mut context = ReportContext::new(options(cli, args)?, &mut progress, CancelToken::of(stop));
+    let mut context = ReportContext::new(options(cli, args)?, &mut progress, CancelToken::from(stop));
     let builder = ReportBuilder::start(&context);
     let measurements = match command {
         ReportCommand::Accuracy(args) => measure_accuracy(args, &mut context, &mut journal)?,

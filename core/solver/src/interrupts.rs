@@ -1,23 +1,25 @@
 //! Interruption of a step: a cancel token and a deadline.
 //!
 //! They are checked once in each substep, Newton iteration and iteration of a linear solver, and in no loop over nodes or elements. An
-//! interrupted step is undone: the body keeps its state before the step.
+//! interrupted step is rolled back: the body keeps its state before the step.
 
 use crate::integrate::StepError;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// A shared flag that stops work.
+/// A thread-safe flag; once it is set, steps that hold a clone stop at their next check.
 #[derive(Clone, Debug, Default)]
 pub struct CancelToken(Arc<AtomicBool>);
 
-impl CancelToken {
-    /// A token that is cancelled when `flag` becomes true.
-    pub fn of(flag: Arc<AtomicBool>) -> Self {
+impl From<Arc<AtomicBool>> for CancelToken {
+    /// A token that shares `flag`: it is cancelled while `flag` is true.
+    fn from(flag: Arc<AtomicBool>) -> Self {
         Self(flag)
     }
+}
 
+impl CancelToken {
     /// Sets the flag: work stops at its next check.
     pub fn cancel(&self) {
         self.0.store(true, Ordering::Relaxed);
@@ -29,12 +31,12 @@ impl CancelToken {
     }
 }
 
-/// Conditions on which a step is interrupted. By default there are none.
+/// Conditions under which a step is interrupted. By default there are none.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupts {
     /// Interrupts this and all later steps when it is cancelled.
     pub cancel: CancelToken,
-    /// Time at which a step is interrupted; `None` for no limit.
+    /// Time after which a step is interrupted at its next check; `None` for no limit.
     pub deadline: Option<Instant>,
 }
 
@@ -54,7 +56,7 @@ impl Interrupts {
     }
 
     /// Whether the step must be interrupted.
-    pub fn is_due(&self) -> bool {
+    pub fn is_interrupted(&self) -> bool {
         self.check().is_err()
     }
 }

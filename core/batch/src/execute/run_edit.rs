@@ -89,7 +89,7 @@ impl<'a> EditRunner<'a> {
         parts: &'a SharedParts,
         on_open: &'a dyn Fn(u64),
     ) -> Self {
-        let cancel = CancelToken::of(Arc::clone(&options.stop));
+        let cancel = CancelToken::from(Arc::clone(&options.stop));
         Self { sweep, search: &options.search, meshes, parts, memory: options.memory, on_open, cancel }
     }
 

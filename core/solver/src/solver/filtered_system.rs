@@ -33,7 +33,7 @@ pub struct FilteredSystem<'a> {
 impl FilteredSystem<'_> {
     /// Whether the solve is to end at once.
     pub(super) fn is_interrupted(&self) -> bool {
-        self.interrupts.is_some_and(Interrupts::is_due)
+        self.interrupts.is_some_and(Interrupts::is_interrupted)
     }
 }
 
