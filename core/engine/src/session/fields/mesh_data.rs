@@ -1,6 +1,6 @@
 //! Fields given by an array of a tetrahedral mesh file, at its nodes or elements.
 
-use super::ALLOWED;
+use super::check_factor;
 use crate::body::Layer;
 use crate::scene::{SceneError, Source, parse_quantity};
 use crate::session::shared::SharedModel;
@@ -86,14 +86,11 @@ impl ArrayField<'_> {
     fn factor(&self, mesh: &TetMesh, array: &MeshData, index: usize, scale: f64) -> Result<f64, SceneError> {
         let value = array.values[index];
         let factor = value * scale;
-        if ALLOWED.contains(&factor) {
-            return Ok(factor);
-        }
+        let Err(allowed) = check_factor(factor) else { return Ok(factor) };
         let (entity, number) = match array.place {
             DataPlace::Nodes => ("node", mesh.node_number[index]),
             DataPlace::Elements => ("element", mesh.element_number[index]),
         };
-        let (least, most) = (ALLOWED.start(), ALLOWED.end());
         let found = match self.unit {
             _ if value.is_nan() => "no number".into(),
             Some(unit) => format!("{value} {}, {factor} times the parameter `{}`", unit.get_ref(), self.key),
@@ -101,7 +98,7 @@ impl ArrayField<'_> {
         };
         let (file, line, name) = (mesh.name().display(), array.line, &array.name);
         let text =
-            format!("{file}:{line}: array `{name}`: {entity} {number} has {found}; allowed is {least} to {most} times");
+            format!("{file}:{line}: array `{name}`: {entity} {number} has {found}; {allowed} times the parameter");
         Err(self.source.error(self.data.span(), text))
     }
 }

@@ -8,7 +8,7 @@ use super::shared::SharedModel;
 use crate::body::{FieldSurface, Fields, Layer, Place};
 use crate::scene::{BodyScene, FieldScene, Length, SceneError, Source};
 use mesh_data::ArrayField;
-use on_surface::SurfaceSource;
+use on_surface::SurfaceFieldReader;
 pub(super) use painted::{check_paint_range, refusal};
 use pliant_host::{ParamKind, ParamSettings, ParamValue, PluginInfo};
 use pliant_mesh::geometry::Vec3;
@@ -16,8 +16,8 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 use toml::Spanned;
 
-/// Factors that a scene may give.
-const ALLOWED: RangeInclusive<f64> = 0.1..=10.0;
+/// Range of the factors that a scene may give.
+const FACTOR_RANGE: RangeInclusive<f64> = 0.1..=10.0;
 
 /// The fields of a body with a material and its settings; `None` where the scene gives none.
 ///
@@ -102,7 +102,7 @@ fn layer(spanned: &Spanned<FieldScene>, source: &Source, shared: &SharedModel) -
         }
         return Ok(Layer::Place { place, factor: factor(field, source, &span)? });
     }
-    let on_surface = SurfaceSource { field, span, source, shared };
+    let on_surface = SurfaceFieldReader { field, span, source, shared };
     match field {
         FieldScene { group: Some(name), .. } => on_surface.group(name, factor(field, source, &spanned.span())?),
         FieldScene { colour: Some(channel), .. } => on_surface.colours(*channel),
@@ -112,16 +112,23 @@ fn layer(spanned: &Spanned<FieldScene>, source: &Source, shared: &SharedModel) -
     }
 }
 
+/// `factor`, if it is in [`FACTOR_RANGE`]; otherwise an error that names the range.
+fn check_factor(factor: f64) -> Result<f64, String> {
+    if FACTOR_RANGE.contains(&factor) { Ok(factor) } else { Err(format!("allowed: {}", factor_range_text())) }
+}
+
+/// [`FACTOR_RANGE`] as text: `0.1 to 10`.
+fn factor_range_text() -> String {
+    format!("{} to {}", FACTOR_RANGE.start(), FACTOR_RANGE.end())
+}
+
 /// The factor of an entry that has one.
 fn factor(field: &FieldScene, source: &Source, span: &std::ops::Range<usize>) -> Result<f64, SceneError> {
-    let allowed = format!("a number from {} to {}", ALLOWED.start(), ALLOWED.end());
-    match &field.factor {
-        None => Err(source.error(span.clone(), format!("a field without `factor`; allowed is {allowed}"))),
-        Some(factor) if !ALLOWED.contains(factor.get_ref()) => {
-            Err(source.error(factor.span(), format!("factor {}; allowed is {allowed}", factor.get_ref())))
-        }
-        Some(factor) => Ok(*factor.get_ref()),
-    }
+    let Some(factor) = &field.factor else {
+        return Err(source.error(span.clone(), format!("a field without `factor`; allowed: {}", factor_range_text())));
+    };
+    check_factor(*factor.get_ref())
+        .map_err(|allowed| source.error(factor.span(), format!("factor {}; {allowed}", factor.get_ref())))
 }
 
 /// The box or ball of an entry; `None` for one without.
