@@ -156,6 +156,5 @@ fn describe_miss(row: &Row) -> String {
     if let (Some(order), Some(expected)) = (row.order, row.expected_order) {
         text += &format!(", order {order:.2} of {expected}");
     }
-    let note = row.note.trim_end_matches([';', ' ']);
-    if note.is_empty() { text } else { format!("{text}: {note}") }
+    if row.note.is_empty() { text } else { format!("{text}: {}", row.note) }
 }

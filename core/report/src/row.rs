@@ -64,7 +64,7 @@ pub struct Row {
     /// Other results, by name and unit.
     #[serde(default, rename = "found", skip_serializing_if = "BTreeMap::is_empty")]
     pub results: BTreeMap<String, f64>,
-    /// A remark for people.
+    /// Remarks for people, separated by `; `.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
 }
@@ -85,6 +85,14 @@ impl Row {
     pub(crate) fn set_cost(&mut self, result: &RunResult) {
         (self.wall_seconds, self.cpu_seconds, self.open_seconds) = (result.wall, result.cpu, result.open);
         (self.bytes, self.iterations) = (result.bytes, result.iterations);
+    }
+
+    /// Adds a remark to the note.
+    pub(crate) fn add_note(&mut self, remark: &str) {
+        if !self.note.is_empty() {
+            self.note += "; ";
+        }
+        self.note += remark;
     }
 
     /// The row of a run that could not be executed: it fails its criterion, and `reason` is its note.

@@ -71,7 +71,7 @@ fn a_material_that_is_five_per_cent_too_soft_is_told_from_one_that_is_not() {
     assert_eq!((&ran["verdict"]["judged"], &ran["verdict"]["passed"]), (&2.into(), &1.into()));
     assert!(ran["verdict"]["missed"][0].as_str().is_some_and(|m| m.contains("too soft")), "{}", ran["verdict"]);
     let page = String::from_utf8(bench.read("out/report.html")).expect("UTF-8");
-    assert!(page.contains("1 of 2 judged results") && page.contains("its error is over the tolerance"));
+    assert!(page.contains("1 of 2 judged results") && page.contains("the error exceeds the tolerance"));
     for from in ["http://", "https://", "<script", "<link", "<img"] {
         let inside = page.replace("http://www.w3.org/2000/svg", "");
         assert!(!inside.contains(from), "{from}: the page needs nothing from outside");

@@ -168,7 +168,7 @@ impl CaseRows<'_> {
             cells.extend([format_short(r.wall_seconds), format_short(r.cpu_seconds)]);
             cells.extend([format_short(r.bytes as f64 / 1e6), r.iterations.to_string()]);
             cells.push(match (r.passed, r.on_front) {
-                (Some(false), _) => format!("failed: {}", r.note.trim_end_matches([';', ' '])),
+                (Some(false), _) => format!("failed: {}", r.note),
                 (_, true) => "within; on the front".into(),
                 _ => "within".into(),
             });

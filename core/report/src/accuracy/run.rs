@@ -1,4 +1,4 @@
-//! Runs the cases of an accuracy catalogue and judges the rows.
+//! Runs the cases of an accuracy catalogue and evaluates their rows.
 
 use super::catalogue::{AccuracyCase, AccuracyCatalogue, Level, Method, Refinement};
 use super::page::accuracy_sections;
@@ -10,18 +10,19 @@ use crate::measure::Measure;
 use crate::row::Row;
 use crate::scene_run::{SceneRun, SceneSource};
 use crate::settings::{merge, setting};
+use pliant_engine::session::Session;
 use std::path::Path;
 
-/// Largest difference by which an observed order may be below the expected one.
+/// An observed order may fall short of the expected one by this much: the coarser run of a pair may be outside the asymptotic range.
 const ORDER_SLACK: f64 = 0.3;
 
-/// A method at a resolution.
+/// One run: a case, a method, a mesh level and a step size.
 #[derive(Clone, Copy)]
 struct CaseRun<'a> {
     case: &'a AccuracyCase,
     method: &'a Method,
     level: &'a Level,
-    /// Length of a step, s.
+    /// Step size unless the method sets `time.dt`, s.
     dt: f64,
 }
 
@@ -37,7 +38,7 @@ pub fn accuracy(
     Measurements { rows, sections, not_run: catalogue.not_run.clone() }
 }
 
-/// Rows of all runs until the report is stopped.
+/// Rows of all cases that finished before the report was stopped.
 fn run_all(
     catalogue: &AccuracyCatalogue,
     scenes: SceneSource<'_>,
@@ -48,7 +49,7 @@ fn run_all(
     let total: usize = cases.iter().map(|c| runs_of(c, context.options.quick).len()).sum();
     let (mut done, mut rows) = (0, Vec::new());
     for case in cases {
-        let mut of_case = Vec::new();
+        let mut case_rows = Vec::new();
         for run in runs_of(case, context.options.quick) {
             if context.is_stopped() {
                 return rows;
@@ -56,19 +57,19 @@ fn run_all(
             context.announce(done, total, &format!("{}, {}, n = {}", case.name, run.method.name, run.level.n));
             done += 1;
             let row = run.empty_row(context.options.threads);
-            let known = journal.get(&row.key());
-            let is_known = known.is_some();
-            let row = known.unwrap_or_else(|| run.measure(row, scenes, context));
+            let cached = journal.get(&row.key());
+            let is_cached = cached.is_some();
+            let row = cached.unwrap_or_else(|| run.measure(row, scenes, context));
             if context.is_stopped() {
                 return rows;
             }
-            if !is_known {
+            if !is_cached {
                 journal.put(&row);
             }
-            of_case.push(row);
+            case_rows.push(row);
         }
-        judge(case, &mut of_case);
-        rows.extend(of_case);
+        evaluate(case, &mut case_rows);
+        rows.extend(case_rows);
     }
     rows
 }
@@ -103,7 +104,7 @@ impl CaseRun<'_> {
         }
     }
 
-    /// Runs the scene and fills in error and cost.
+    /// Runs the scene and fills in the largest relative error and the cost.
     fn measure(&self, mut row: Row, scenes: SceneSource<'_>, context: &mut ReportContext<'_>) -> Row {
         let Self { case, method, level, dt } = *self;
         let mut settings = merge([&level.settings, &method.settings]);
@@ -115,7 +116,8 @@ impl CaseRun<'_> {
         let (threads, search, clock) = (context.options.threads, &context.options.search, context.options.clock);
         let run = SceneRun { path: &path, text, settings, threads, search, clock, stop: context.stop() };
         let measures: Vec<&Measure> = case.measures.iter().map(|expected| &expected.measure).collect();
-        let result = match run.run(&measures, |_| true) {
+        let run_to_the_end = |_: &mut Session| true;
+        let result = match run.run(&measures, run_to_the_end) {
             Ok(result) => result,
             Err(error) => return row.with_failure(error.to_string()),
         };
@@ -130,45 +132,52 @@ impl CaseRun<'_> {
         }
         row.error = (largest.is_finite() && result.frozen.is_none()).then_some(largest);
         row.set_cost(&result);
-        row.note = result.frozen.unwrap_or_default();
+        if let Some(frozen) = result.frozen {
+            row.add_note(&frozen);
+        }
         if result.unconverged > 0 {
-            row.note += &format!("{} solves not converged, residual {:.1e}; ", result.unconverged, result.residual);
+            row.add_note(&format!("{} solves not converged, residual {:.1e}", result.unconverged, result.residual));
         }
         row
     }
 }
 
-/// Fills in orders, tolerances, verdicts and the Pareto front, once all runs of a case are there.
-fn judge(case: &AccuracyCase, rows: &mut [Row]) {
-    let (size, tolerance_at): (fn(&Row) -> f64, f64) = match case.refinement {
+/// Fills in orders, tolerances, verdicts and the Pareto front, after all runs of a case have finished.
+fn evaluate(case: &AccuracyCase, rows: &mut [Row]) {
+    let (discretization_size, tolerance_at): (fn(&Row) -> f64, f64) = match case.refinement {
         Refinement::Space => (|row| 1.0 / row.n as f64, 1.0 / case.tolerance_at),
         Refinement::Time => (|row| row.dt, case.tolerance_at),
     };
     for i in 0..rows.len() {
         let method = case.methods.iter().find(|m| m.name == rows[i].method);
         let tolerance = method.and_then(|m| m.tolerance).unwrap_or(case.tolerance);
-        let coarser = (0..i).rev().find(|&j| in_one_refinement(case, &rows[j], &rows[i]));
-        let is_finest = !(i + 1..rows.len()).any(|j| in_one_refinement(case, &rows[j], &rows[i]));
-        let coarseness = (size(&rows[i]) / tolerance_at).max(1.0);
-        let allowed = tolerance * coarseness.powf(rows[i].expected_order.unwrap_or(0.0));
+        let coarser_index = (0..i).rev().find(|&j| same_series(case, &rows[j], &rows[i]));
+        let is_finest = !(i + 1..rows.len()).any(|j| same_series(case, &rows[j], &rows[i]));
+        let refinement_ratio = (discretization_size(&rows[i]) / tolerance_at).max(1.0);
+        // The allowed error grows as (h / h_ref)^p.
+        let allowed = tolerance * refinement_ratio.powf(rows[i].expected_order.unwrap_or(0.0));
         rows[i].tolerance = Some(allowed);
         let error = rows[i].error;
-        rows[i].order = coarser.and_then(|j| {
-            let coarse = ErrorAt { size: size(&rows[j]), error: rows[j].error? };
-            let fine = ErrorAt { size: size(&rows[i]), error: error? };
+        rows[i].order = coarser_index.and_then(|j| {
+            let coarse = ErrorAt { size: discretization_size(&rows[j]), error: rows[j].error? };
+            let fine = ErrorAt { size: discretization_size(&rows[i]), error: error? };
             if fine.error > case.floor { order(coarse, fine) } else { None }
         });
-        let too_slow = match (rows[i].order, rows[i].expected_order) {
-            (Some(observed), Some(expected)) if is_finest => observed < expected - ORDER_SLACK,
+        let order_too_low = match (rows[i].order, rows[i].expected_order) {
+            (Some(observed), Some(expected)) if is_finest => {
+                let least = expected - ORDER_SLACK;
+                let too_low = observed < least;
+                if too_low {
+                    rows[i].add_note(&format!("the order is below {least:.2}"));
+                }
+                too_low
+            }
             _ => false,
         };
-        if too_slow {
-            rows[i].note += "its order is too low; ";
-        }
         if error.is_some_and(|e| e > allowed) {
-            rows[i].note += "its error is over the tolerance; ";
+            rows[i].add_note("the error exceeds the tolerance");
         }
-        rows[i].passed = Some(error.is_some_and(|e| e <= allowed) && !too_slow);
+        rows[i].passed = Some(error.is_some_and(|e| e <= allowed) && !order_too_low);
     }
     let points: Vec<_> = rows.iter().map(|r| (r.wall_seconds, r.error.unwrap_or(f64::NAN))).collect();
     for (row, on_front) in rows.iter_mut().zip(pareto_front(&points)) {
@@ -176,8 +185,8 @@ fn judge(case: &AccuracyCase, rows: &mut [Row]) {
     }
 }
 
-/// Whether two rows differ only in what the case refines.
-fn in_one_refinement(case: &AccuracyCase, a: &Row, b: &Row) -> bool {
+/// Whether two rows belong to the same refinement series.
+fn same_series(case: &AccuracyCase, a: &Row, b: &Row) -> bool {
     a.method == b.method
         && match case.refinement {
             Refinement::Space => a.dt == b.dt,

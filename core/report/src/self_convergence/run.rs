@@ -273,13 +273,12 @@ fn judge_forces(series: &RefinementSeries, value: f64, row: &mut Row) {
     row.tolerance = Some(FORCE_TOLERANCE);
     row.passed = Some(error <= FORCE_TOLERANCE);
     if error > FORCE_TOLERANCE {
-        let said = format!(
+        row.add_note(&format!(
             "with the scene's own {} of {} its forces are {:.0} % off those of a refined run",
             series.path,
             format_short(value),
             100.0 * error
-        );
-        row.note = if row.note.is_empty() { said } else { format!("{}; {said}", row.note) };
+        ));
     }
 }
 
