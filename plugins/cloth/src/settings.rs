@@ -221,7 +221,7 @@ impl Moduli {
     /// The constants of the fabric, with those that are given in their place; the weft is as the warp where only the warp is given.
     fn new(fabric: &Fabric, poisson: Option<f64>, given: impl Fn(&str) -> Option<f64>) -> Self {
         let base = match fabric.membrane {
-            MembraneModuli::Isotropic { young, poisson } => Self { warp: young, weft: young, poisson },
+            MembraneModuli::EqualModuli { young, poisson } => Self { warp: young, weft: young, poisson },
             MembraneModuli::Tensor { c11, c12, c22 } => {
                 Self { warp: c11 - c12 * c12 / c22, weft: c22 - c12 * c12 / c11, poisson: c12 / c22 }
             }
