@@ -20,7 +20,7 @@ pub struct Elements<'a>(
     pub(crate) *const f64,
 );
 
-/// Factors of a parameter that may differ from element to element.
+/// Factors of a parameter that may vary per element.
 #[derive(Clone, Copy, Debug)]
 pub struct Field<'a>(&'a [f64]);
 

@@ -12,13 +12,13 @@ use std::ptr::null;
 #[repr(transparent)]
 pub struct Param(pub(crate) abi::Param);
 
-#[allow(unsafe_code, reason = "a static with raw pointers needs a promise")]
+#[allow(unsafe_code, reason = "raw pointers make the type `!Sync`")]
 // SAFETY: the constructors take `'static` strings only, and nothing writes through the pointers.
 unsafe impl Sync for Param {}
 
 impl Param {
-    /// A declaration without range, default and choices.
-    const fn raw(kind: u32, key: &'static CStr, unit: &'static CStr, summary: &'static CStr) -> abi::Param {
+    /// A declaration without a range, default or choices.
+    const fn base(kind: u32, key: &'static CStr, unit: &'static CStr, summary: &'static CStr) -> abi::Param {
         let (key, unit, summary) = (key.as_ptr(), unit.as_ptr(), summary.as_ptr());
         abi::Param { kind, key, unit, summary, min: 0.0, max: 0.0, fallback: 0.0, choices: null(), flags: 0 }
     }
@@ -31,44 +31,43 @@ impl Param {
         default: f64,
         summary: &'static CStr,
     ) -> Self {
-        let plain = Self::raw(abi::PARAM_NUMBER, key, unit, summary);
-        Self(abi::Param { min: *range.start(), max: *range.end(), fallback: default, ..plain })
+        let base = Self::base(abi::PARAM_NUMBER, key, unit, summary);
+        Self(abi::Param { min: *range.start(), max: *range.end(), fallback: default, ..base })
     }
 
-    /// The same number of a material, which may differ from element to element: [`crate::Elements::field`].
+    /// Marks the parameter as a field: it may vary per element and is read with [`crate::Elements::field`]. For number parameters of materials only.
     pub const fn field(self) -> Self {
-        Self(abi::Param { flags: abi::PARAM_FIELD, ..self.0 })
+        Self(abi::Param { flags: self.0.flags | abi::PARAM_FIELD, ..self.0 })
     }
 
     /// One of `choices`, written `c"one|two|three"`; the first is the default.
     pub const fn choice(key: &'static CStr, choices: &'static CStr, summary: &'static CStr) -> Self {
-        let plain = Self::raw(abi::PARAM_CHOICE, key, c"1", summary);
-        Self(abi::Param { choices: choices.as_ptr(), ..plain })
+        let base = Self::base(abi::PARAM_CHOICE, key, c"1", summary);
+        Self(abi::Param { choices: choices.as_ptr(), ..base })
     }
 
-    /// A text; empty where the scene does not give it.
+    /// A string; empty where the scene does not give it.
     pub const fn text(key: &'static CStr, summary: &'static CStr) -> Self {
-        Self(Self::raw(abi::PARAM_TEXT, key, c"1", summary))
+        Self(Self::base(abi::PARAM_TEXT, key, c"1", summary))
     }
 
     /// A path, made absolute by the host; empty where the scene does not give it.
     pub const fn path(key: &'static CStr, summary: &'static CStr) -> Self {
-        Self(Self::raw(abi::PARAM_PATH, key, c"1", summary))
+        Self(Self::base(abi::PARAM_PATH, key, c"1", summary))
     }
 
     /// Rows of numbers under the named `columns`, written `c"time|x|y|z"`; no rows where the scene does not give it.
     pub const fn table(key: &'static CStr, columns: &'static CStr, summary: &'static CStr) -> Self {
-        let plain = Self::raw(abi::PARAM_TABLE, key, c"1", summary);
-        Self(abi::Param { choices: columns.as_ptr(), ..plain })
+        let base = Self::base(abi::PARAM_TABLE, key, c"1", summary);
+        Self(abi::Param { choices: columns.as_ptr(), ..base })
     }
 
-    /// Key of the parameter.
-    fn key(&self) -> &'static CStr {
+    /// Whether this is the parameter `key`.
+    fn has_key(&self, key: &str) -> bool {
         #[allow(unsafe_code, reason = "reads back a pointer the constructor took from a CStr")]
         // SAFETY: every constructor stores the pointer of a `&'static CStr`.
-        unsafe {
-            CStr::from_ptr(self.0.key)
-        }
+        let own = unsafe { CStr::from_ptr(self.0.key) };
+        own.to_bytes() == key.as_bytes()
     }
 }
 
@@ -77,7 +76,7 @@ impl Param {
 pub enum Value {
     /// A number in the parameter's unit, or the index of a choice.
     Number(f64),
-    /// A text or a path.
+    /// A string or a path.
     Text(String),
     /// A table; see [`Table`].
     Table(Table),
@@ -88,7 +87,7 @@ pub enum Value {
 pub struct Table {
     /// Number of columns.
     pub columns: usize,
-    /// (rows x columns), row-major.
+    /// Values, rows x columns, row-major.
     pub values: Vec<f64>,
 }
 
@@ -102,7 +101,8 @@ impl Table {
 /// The parameter values of one instance, by key.
 ///
 /// # Panics
-/// Every getter panics on a key that is not declared, or declared with another type: that is an error of the plugin's author.
+/// Every getter panics on a key that is not declared, and on a value with another representation than it reads (number, string or table): this is
+/// a bug in the plugin. A choice is stored as a number, a path as a string.
 pub struct Params<'a> {
     declared: &'static [Param],
     values: &'a [Value],
@@ -120,10 +120,8 @@ impl<'a> Params<'a> {
 
     /// The value of `key`.
     fn value(&self, key: &str) -> &'a Value {
-        match self.declared.iter().position(|p| p.key().to_bytes() == key.as_bytes()) {
-            Some(i) => &self.values[i],
-            None => panic!("parameter `{key}` is not declared"),
-        }
+        let index = position(self.declared, key).unwrap_or_else(|| panic!("parameter `{key}` is not declared"));
+        &self.values[index]
     }
 
     /// A number, in the unit it was declared with.
@@ -139,11 +137,11 @@ impl<'a> Params<'a> {
         self.number(key) as usize
     }
 
-    /// A text or path; `None` where it is empty.
+    /// A string or path; `None` where it is empty.
     pub fn text(&self, key: &str) -> Option<&'a str> {
         match self.value(key) {
             Value::Text(text) => Some(text.as_str()).filter(|t| !t.is_empty()),
-            Value::Number(_) | Value::Table(_) => panic!("parameter `{key}` is not a text"),
+            Value::Number(_) | Value::Table(_) => panic!("parameter `{key}` is not a string"),
         }
     }
 
@@ -168,13 +166,13 @@ pub fn defaults(declared: &[Param]) -> Vec<Value> {
         .collect()
 }
 
-/// Index of `key` among the declared parameters that may differ from element to element, or `None`.
+/// Index of `key` among the declared parameters that may vary per element, or `None`.
 pub(crate) fn field_position(declared: &[Param], key: &str) -> Option<usize> {
     let mut fields = declared.iter().filter(|p| p.0.flags & abi::PARAM_FIELD != 0);
-    fields.position(|p| p.key().to_bytes() == key.as_bytes())
+    fields.position(|p| p.has_key(key))
 }
 
 /// Index of `key` among the declared parameters, or `None`.
 pub fn position(declared: &[Param], key: &str) -> Option<usize> {
-    declared.iter().position(|p| p.key().to_bytes() == key.as_bytes())
+    declared.iter().position(|p| p.has_key(key))
 }

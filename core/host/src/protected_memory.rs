@@ -1,4 +1,4 @@
-//! Memory between pages without access, for the conformance suite.
+//! Memory between guard pages, for the conformance suite.
 
 use std::io;
 

@@ -31,7 +31,7 @@ pub struct Candidate {
     create: Create,
     /// Whether it is linked into the program and allocates with the program's allocator.
     is_linked: bool,
-    /// Where arrays lie at pages without access; `None` in a process that must not end by that.
+    /// Where arrays lie at guard pages; `None` in a process that must not end by that.
     protected_memory: Option<ProtectedMemory>,
 }
 

@@ -109,7 +109,7 @@ pub(super) struct Guarded<T> {
     values: Vec<T>,
     /// `values` as they were made.
     before: Vec<T>,
-    /// The array at a page without access, which is handed over in the place of the one between guards.
+    /// The array at a guard page, which is handed over in the place of the one between guards.
     at_page: Option<*mut T>,
 }
 

@@ -1,10 +1,10 @@
-//! Memory between pages without access, by which the suite finds what a plugin reads and writes outside of an array even if it changes no result.
+//! Memory between guard pages, by which the suite finds what a plugin reads and writes outside of an array even if it changes no result.
 //!
 //! The system ends the process at such an access. So the caller of the suite provides the memory, in a process of its own, and is told of
 //! each call before it is made.
 #![allow(unsafe_code, reason = "hands out parts of the memory")]
 
-/// Memory between pages without access.
+/// Memory between guard pages.
 #[derive(Clone, Copy, Debug)]
 pub struct ProtectedMemory {
     start: *mut u8,
@@ -12,7 +12,7 @@ pub struct ProtectedMemory {
     before_call: fn(&str),
 }
 
-/// The end of an array that lies at a page without access.
+/// The end of an array that lies at a guard page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Edge {
     /// The page is before the first value.

@@ -11,7 +11,7 @@ pub const STRIDE: usize = 10;
 pub struct Tetrahedron<T = f64> {
     /// Gradient of each corner's shape function, 1/m.
     pub gradient: [Vec3<T>; 4],
-    /// Volume at rest that belongs to the body, m^3, times the factor of the modulus if that differs from element to element.
+    /// Volume at rest that belongs to the body, m^3, times the factor of the modulus if that varies per element.
     pub volume: T,
 }
 

@@ -106,7 +106,7 @@ fn failed(ran: &Ran) -> Vec<String> {
     failed.map(|c| c["case"].as_str().expect("a name").to_owned()).collect()
 }
 
-/// The case that puts arrays next to pages without access.
+/// The case that puts arrays next to guard pages.
 const PAGES: &str = "pages-around-arrays-are-left-alone";
 
 /// What is said of the faults that only that case finds.

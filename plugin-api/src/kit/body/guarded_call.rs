@@ -76,7 +76,7 @@ pub(in crate::kit) struct GuardChange {
     pub(in crate::kit) offset: Option<isize>,
 }
 
-/// One array of a call at a page without access, in the place of guards.
+/// One array of a call at a guard page, in the place of guards.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::kit) struct AtPage {
     /// Name of the array.
@@ -307,7 +307,7 @@ impl Body {
         }
     }
 
-    /// Calls a function for a range of a set's elements, with all arrays between guards, or one at a page without access.
+    /// Calls a function for a range of a set's elements, with all arrays between guards, or one at a guard page.
     pub(in crate::kit) fn guarded_call<S: MaterialUnderTest + ?Sized>(
         &self,
         material: &S,

@@ -1,4 +1,4 @@
-//! The case for parameters that may differ from element to element.
+//! The case for parameters that may vary per element.
 
 use super::super::body::Body;
 use super::super::candidate::Candidate;

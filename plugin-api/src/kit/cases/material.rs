@@ -227,7 +227,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "pages-around-arrays-are-left-alone",
-        promise: "with each array in turn next to memory without access, no call touches that memory",
+        promise: "with each array in turn next to a guard page, no call touches that page",
         run: pages::are_left_alone,
     },
     Case {

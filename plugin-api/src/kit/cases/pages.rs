@@ -1,4 +1,4 @@
-//! The case that puts arrays next to pages without access: what a call touches there ends the process, whether it changes a result or not.
+//! The case that puts arrays next to guard pages: what a call touches there ends the process, whether it changes a result or not.
 
 use super::super::body::{AtPage, INPUTS, OUTPUT, PLANES, Surroundings};
 use super::super::candidate::Candidate;
