@@ -20,7 +20,7 @@ pub enum ChildEnd {
     /// It was ended by a signal.
     Signalled {
         /// The signal, in words.
-        how: String,
+        signal: String,
         /// Standard output until then, if it was piped.
         stdout: String,
     },
@@ -39,7 +39,7 @@ impl fmt::Display for ChildEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Exited { code, .. } => write!(f, "the process ended with code {code}"),
-            Self::Signalled { how, .. } => write!(f, "the process was ended by {how}"),
+            Self::Signalled { signal, .. } => write!(f, "the process was ended by {signal}"),
             Self::TimedOut { limit, .. } => write!(f, "the process did not end within {} s", limit.as_secs_f64()),
             Self::NotStarted(error) => write!(f, "the process could not be started: {error}"),
         }
@@ -64,7 +64,7 @@ pub fn run_to_end(command: &mut Command, limit: Option<Duration>) -> ChildEnd {
     match wait(&mut child, limit) {
         Ok(Some(status)) => match status.code() {
             Some(code) => ChildEnd::Exited { code, stdout: text_of(stdout), stderr: text_of(stderr) },
-            None => ChildEnd::Signalled { how: signal(status), stdout: text_of(stdout) },
+            None => ChildEnd::Signalled { signal: signal_name(status), stdout: text_of(stdout) },
         },
         Ok(None) => ChildEnd::TimedOut { limit: limit.unwrap_or_default(), stdout: text_of(stdout) },
         Err(error) => ChildEnd::NotStarted(error),
@@ -113,7 +113,7 @@ fn text_of(reader: PipeReader) -> String {
 
 /// The signal that ended a process, by number and name.
 #[cfg(unix)]
-pub fn signal(status: ExitStatus) -> String {
+pub fn signal_name(status: ExitStatus) -> String {
     use std::os::unix::process::ExitStatusExt;
     let number = status.signal().unwrap_or(0);
     let name = match number {
@@ -131,6 +131,6 @@ pub fn signal(status: ExitStatus) -> String {
 
 /// How a process ended, in the words of the system.
 #[cfg(not(unix))]
-pub fn signal(status: ExitStatus) -> String {
+pub fn signal_name(status: ExitStatus) -> String {
     status.to_string()
 }

@@ -5,7 +5,7 @@
 
 use crate::args::RunArgs;
 use crate::call_watchdog::OverdueCalls;
-use crate::child::signal;
+use crate::child::signal_name;
 use crate::outcome::{Failure, Outcome};
 use crate::output::note;
 use pliant_host::{CallBoard, PluginCall, end_with_parent, share_calls};
@@ -112,7 +112,7 @@ impl Watch<'_> {
         Err(Failure::plugin(match status.code() {
             Some(code) => format!("{place} ended the process of the run, with code {code}; no results were written"),
             None => {
-                format!("the process was ended by {}: {place} crashed; no results were written", signal(status))
+                format!("the process was ended by {}: {place} crashed; no results were written", signal_name(status))
             }
         }))
     }

@@ -1,5 +1,6 @@
 //! Arguments of `pliant plugin`.
 
+use super::values::case_seconds;
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -119,8 +120,8 @@ pub struct CheckArgs {
     /// Run only this case
     #[arg(long)]
     pub case: Option<String>,
-    /// Seconds that a case may take
-    #[arg(long, default_value_t = 20.0)]
+    /// Seconds that a case may take, 0.1 to 1000000
+    #[arg(long, default_value_t = 20.0, value_parser = case_seconds)]
     pub seconds: f64,
     /// Work of a child process that `plugin check` starts (see `check.rs`)
     #[arg(long, hide = true)]

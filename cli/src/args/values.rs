@@ -9,6 +9,12 @@ pub(super) fn duration(text: &str) -> Result<f64, String> {
     parse_quantity(text, "s").and_then(|t| if t > 0.0 { Ok(t) } else { Err("allowed is a time above 0".into()) })
 }
 
+/// Time that a case of the conformance suite may take, s.
+pub(super) fn case_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds| (0.1..=1e6).contains(seconds));
+    seconds.ok_or_else(|| "allowed is 0.1 to 1000000 s".into())
+}
+
 /// A rate of the haptic loop, Hz.
 pub(super) fn rate(text: &str) -> Result<f64, String> {
     let allowed = |rate: &f64| (100.0..=4000.0).contains(rate);

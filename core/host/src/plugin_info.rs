@@ -29,6 +29,11 @@ impl PluginKind {
             Self::ContactLaw => "contact-law",
         }
     }
+
+    /// The kind with a [`PluginKind::name`]; `None` for an unknown one.
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Grid, Self::Material, Self::Device, Self::ContactLaw].into_iter().find(|kind| kind.name() == name)
+    }
 }
 
 /// Description of one plugin of a library.
