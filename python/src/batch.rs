@@ -3,7 +3,7 @@
 use super::failure::{Failure, Kind, contained};
 use super::law::check_signals;
 use pliant_batch::{
-    BatchEnd, BatchError, CollectOptions, Format, Isolation, Progress, RunOptions, Shard, Sweep, collect, run, serve,
+    BatchError, BatchSummary, CollectOptions, Format, Isolation, Progress, RunOptions, Shard, Sweep, collect, run, serve,
 };
 use pliant_host::{AllowedFolders, SearchPath};
 use pyo3::prelude::*;
@@ -90,7 +90,7 @@ pub fn batch_run(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
     let mut raised = None;
-    let end: Result<BatchEnd, Failure> = py.detach(|| {
+    let end: Result<BatchSummary, Failure> = py.detach(|| {
         contained(|| {
             let options = options.to_engine()?;
             let stop = options.stop.clone();

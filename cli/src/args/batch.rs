@@ -11,7 +11,7 @@ use std::path::PathBuf;
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(after_help = "\
 Examples:
-  pliant batch sweep.toml --dry-run                     how many edits, how long, how large
+  pliant batch sweep.toml --dry-run                     how many runs, how long, how large
   pliant batch sweep.toml --out out/sweep               all of them; the table is out/sweep/results.csv
   pliant batch sweep.toml --out out/sweep --resume      what is missing
   pliant batch sweep.toml --out out/sweep --shard 3/8   the third of eight parts
@@ -38,31 +38,31 @@ pub struct BatchRunArgs {
     /// Do only part I of N; parts may run on different machines
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub shard: Shard,
-    /// Number of edits at a time, at most that of the processors and what fits into memory; 0 uses all processors. Results do not depend on it
+    /// Number of runs at a time, at most that of the processors and what fits into memory; 0 uses all processors. Results do not depend on it
     #[arg(long, value_name = "J", default_value_t = 0, value_parser = thread_count)]
     pub jobs: usize,
-    /// Run as many edits at a time as --jobs asks for, however many processors and memory there are
+    /// Execute as many runs at a time as --jobs asks for, however many processors and how much memory there are
     #[arg(long)]
     pub oversubscribe: bool,
-    /// Largest memory of all edits at a time, such as "4 GB"; others wait, and an edit that is estimated to need more fails [default: three quarters of the machine's]
+    /// Largest memory of all concurrent runs, such as "4 GB"; others wait, and a run that is estimated to need more fails [default: three quarters of the machine's]
     #[arg(long, value_name = "SIZE", value_parser = memory)]
     pub memory: Option<MemoryBudget>,
     /// Do what is missing in the folder; rows whose scene, meshes, plugins or program version have changed are done again
     #[arg(long)]
     pub resume: bool,
-    /// With --resume: do failed edits again as well
+    /// With --resume: repeat failed runs as well
     #[arg(long, requires = "resume")]
     pub retry_failed: bool,
-    /// Run edits in child processes, which a faulty plugin cannot take along; a limit of memory does the same
+    /// Execute runs in child processes, so that a plugin that crashes ends only its own; a limit of memory does the same
     #[arg(long)]
     pub isolate: bool,
-    /// Say how many edits there are, how long they take and how large the results are, and run none
+    /// Say how many runs there are, how long they take and how large the results are, and execute none
     #[arg(long)]
     pub dry_run: bool,
     /// Print neither progress nor a summary
     #[arg(long, short)]
     pub quiet: bool,
-    /// In a child process: do the edits that standard input names
+    /// In a child process: execute the runs that standard input names
     #[arg(long, hide = true)]
     pub child: bool,
 }
@@ -133,7 +133,7 @@ pub struct ScriptArgs {
     /// Number of shards
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub shards: u64,
-    /// Number of edits at a time in each shard
+    /// Number of runs at a time in each shard
     #[arg(long, value_name = "J", default_value_t = 1, value_parser = thread_count)]
     pub jobs: usize,
     /// Folder of the results, which all machines share [default: out/SWEEP]

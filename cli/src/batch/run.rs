@@ -8,8 +8,8 @@ use crate::output::{count, format_seconds, note, print, print_json, progress_bar
 use crate::search::search_path;
 use crate::stop::stop_flag;
 use pliant_batch::{
-    BatchEnd, CollectOptions, Estimate, Isolation, Progress, RunOptions, Shard, Sweep, collect, estimate, limit_memory,
-    run, serve,
+    BatchSummary, CollectOptions, Estimate, Isolation, Progress, RunOptions, Shard, Sweep, collect, estimate,
+    limit_memory, run, serve,
 };
 use pliant_engine::memory::{MemoryBudget, format_bytes};
 use pliant_record::check_replaceable;
@@ -19,10 +19,10 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Time from one line of progress to the next, where standard error is no terminal.
-const LINE_EVERY: Duration = Duration::from_secs(30);
+/// Time between two lines of progress when standard error is not a terminal: a batch of a day leaves a log of 3000 lines.
+const PROGRESS_INTERVAL: Duration = Duration::from_secs(30);
 
-/// Runs a sweep or a shard of it, prints an estimate of its cost, or runs single edits as a child of such a run.
+/// Runs a sweep or a shard of it, prints an estimate of its cost, or serves single runs as a child process of such a batch.
 pub fn run_sweep(cli: &Cli, args: &BatchRunArgs, file: &Path) -> Result<Outcome, Failure> {
     let sweep = Sweep::read(file)?;
     let folder = out_folder(args.out.as_ref(), file);
@@ -37,7 +37,7 @@ pub fn run_sweep(cli: &Cli, args: &BatchRunArgs, file: &Path) -> Result<Outcome,
         ..RunOptions::new(search_path(cli)?)
     };
     if args.child {
-        return serve_edits(&sweep, &folder, &options);
+        return serve_runs(&sweep, &folder, &options);
     }
     if args.dry_run {
         return dry_run(cli, &sweep, &options);
@@ -48,27 +48,29 @@ pub fn run_sweep(cli: &Cli, args: &BatchRunArgs, file: &Path) -> Result<Outcome,
     options.stop = stop_flag();
     let title = sweep.title.clone();
     let mut progress = ProgressLine::new(args.quiet || cli.json);
-    let end = run(sweep, &folder, options, &mut |now| progress.show(now))?;
+    let summary = run(sweep, &folder, options, &mut |now| progress.show(now))?;
     progress.finish();
-    let whole = args.shard == Shard::default() && !end.stopped;
-    if whole {
+    let is_complete = args.shard == Shard::default() && !summary.stopped;
+    if is_complete {
         let mut collected = collect(std::slice::from_ref(&folder), CollectOptions::default())?;
         write_table(&mut collected.table, &table)?;
     }
     if cli.json {
-        print_json(&end)?;
+        print_json(&summary)?;
     } else if !args.quiet {
-        note_end(&end, &title, args.shard, &folder, whole, args.memory.unwrap_or_default());
+        print_summary(&summary, &title, args.shard, &folder, is_complete, args.memory.unwrap_or_default());
     }
-    Ok(match &end {
-        end if end.stopped => Outcome::Stopped,
-        end if end.failed > 0 => Outcome::CheckFailed,
-        _ => Outcome::Done,
+    Ok(if summary.stopped {
+        Outcome::Stopped
+    } else if summary.failed > 0 {
+        Outcome::CheckFailed
+    } else {
+        Outcome::Done
     })
 }
 
-/// Runs the edits named on standard input, within the memory limit of the sweep. The parent handles Ctrl-C and then closes this input.
-fn serve_edits(sweep: &Sweep, folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
+/// Executes the runs named on standard input, within the memory limit of the sweep. The parent handles Ctrl-C and then closes this input.
+fn serve_runs(sweep: &Sweep, folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let _ = ctrlc::set_handler(|| {});
     #[cfg(unix)]
     pliant_host::end_with_parent(std::os::unix::process::parent_id());
@@ -101,41 +103,44 @@ fn dry_run(cli: &Cli, sweep: &Sweep, options: &RunOptions) -> Result<Outcome, Fa
     Ok(Outcome::Done)
 }
 
-/// The estimate as people read it.
+/// The estimate as readable text.
 fn estimate_text(sweep: &Sweep, estimate: &Estimate, shard: Shard) -> String {
     let mut lines = vec![match shard.count {
-        1 => count(estimate.edits, "edit"),
-        _ => format!("{} of {} in shard {shard}", estimate.shard_edits, count(estimate.edits, "edit")),
+        1 => count(estimate.edits, "run"),
+        _ => format!("{} of {} in shard {shard}", estimate.shard_edits, count(estimate.edits, "run")),
     }];
     let [open, steps, all] = [estimate.open_seconds, estimate.step_seconds, estimate.seconds].map(format_seconds);
     lines.push(format!(
-        "about {all} with {} at a time; each takes {open} to open and {steps} for its steps with a tool in contact (measured on {})",
+        "about {all} with {} at a time; each: {open} to open, {steps} for all its steps with a tool in contact (measured on {})",
         estimate.jobs,
-        count(estimate.opened, "edit")
+        count(estimate.opened, "run")
     ));
     lines.push(format!("table and journal: about {}", format_bytes(estimate.table_bytes)));
     if sweep.keep.meshes {
         lines.push(format!("meshes: at most {}", format_bytes(estimate.mesh_bytes)));
     }
-    lines.push(format!("memory of an edit: about {}", format_bytes(estimate.edit_memory)));
+    lines.push(format!("memory per run: about {}", format_bytes(estimate.edit_memory)));
     let columns: Vec<String> = sweep.columns().iter().map(|column| column.header()).collect();
     lines.push(format!("columns: {}", columns.join(", ")));
     lines.extend(estimate.failures.iter().map(|failure| format!("cannot be opened: {failure}")));
     lines.join("\n")
 }
 
-/// Progress as a bar, or as a line now and then where nobody would see a bar.
+/// Progress as a bar, or as a log line every [`PROGRESS_INTERVAL`] when standard error is not a terminal.
 struct ProgressLine {
+    /// Hidden if lines are printed, or nothing.
     bar: indicatif::ProgressBar,
-    lines: bool,
-    last: Instant,
+    /// Whether log lines are printed.
+    prints_lines: bool,
+    /// Time of the last log line, or of the start.
+    last_printed: Instant,
 }
 
 impl ProgressLine {
     fn new(quiet: bool) -> Self {
         let terminal = io::stderr().is_terminal();
-        let bar = progress_bar("{bar:30} {pos}/{len} edits  {msg}", 0, quiet || !terminal);
-        Self { bar, lines: !quiet && !terminal, last: Instant::now() }
+        let bar = progress_bar("{bar:30} {pos}/{len} runs  {msg}", 0, quiet || !terminal);
+        Self { bar, prints_lines: !quiet && !terminal, last_printed: Instant::now() }
     }
 
     fn show(&mut self, now: Progress) {
@@ -143,9 +148,9 @@ impl ProgressLine {
         self.bar.set_position(now.done);
         let left = now.seconds_left().map_or(String::new(), |left| format!(", {} left", format_duration(left)));
         let text = format!("{:.1}/s, {} failed{left}", now.rate(), now.failed);
-        if self.lines && self.last.elapsed() >= LINE_EVERY {
-            self.last = Instant::now();
-            note(&format!("{} of {}: {text}", now.done, count(now.edits, "edit")));
+        if self.prints_lines && self.last_printed.elapsed() >= PROGRESS_INTERVAL {
+            self.last_printed = Instant::now();
+            note(&format!("{} of {}: {text}", now.done, count(now.edits, "run")));
         }
         set_message(&self.bar, &text);
     }
@@ -165,62 +170,71 @@ fn format_duration(seconds: f64) -> String {
     }
 }
 
-/// Prints how a run ended for people.
-fn note_end(end: &BatchEnd, title: &str, shard: Shard, folder: &Path, whole: bool, memory: MemoryBudget) {
+/// Prints a readable summary of the finished batch.
+fn print_summary(
+    summary: &BatchSummary,
+    title: &str,
+    shard: Shard,
+    folder: &Path,
+    is_complete: bool,
+    memory: MemoryBudget,
+) {
     if !title.is_empty() {
         note(title);
     }
-    let of = if shard.count == 1 { String::new() } else { format!(" of shard {shard}") };
-    let rate = end.new as f64 / end.elapsed.max(1e-9);
+    let shard_suffix = if shard.count == 1 { String::new() } else { format!(" of shard {shard}") };
+    // The lower bound avoids a division of 0 by 0 if nothing was left to run.
+    let rate = summary.new as f64 / summary.elapsed.max(1e-9);
     note(&format!(
-        "{} of {}{of} done, {} failed; {} in {}, {rate:.1} a second, {} at a time",
-        end.done,
-        count(end.edits, "edit"),
-        end.failed,
-        count(end.new, "new one"),
-        format_seconds(end.elapsed),
-        end.jobs
+        "{} of {}{shard_suffix} done, {} failed; {} in {}, {rate:.1} per second, {} at a time",
+        summary.done,
+        count(summary.edits, "run"),
+        summary.failed,
+        count(summary.new, "new one"),
+        format_seconds(summary.elapsed),
+        summary.jobs
     ));
-    if let Some(processors) = end.jobs_on_processors {
+    if let Some(processors) = summary.jobs_on_processors {
         note(&format!(
-            "warning: {} at a time are asked for and there are {}: no more run side by side. Results are the same; ask for fewer with `--jobs`, or \
-             start them all with `--oversubscribe`",
-            count(end.jobs_asked as u64, "edit"),
+            "warning: `--jobs {}` exceeds the {}: {processors} run at a time; results do not depend on it. `--oversubscribe` starts all",
+            summary.jobs_asked,
             count(processors as u64, "processor")
         ));
     }
-    if let Some(jobs) = end.jobs_in_memory {
+    if let Some(jobs) = summary.jobs_in_memory {
         note(&format!(
-            "warning: memory allows {} at a time of {}, at about {} each within {memory}: others waited for their turn. Results are the same; allow more \
-             with `--memory SIZE`, ask for fewer with `--jobs`, or start them all with `--oversubscribe`",
-            count(jobs as u64, "edit"),
-            end.jobs,
-            format_bytes(end.edit_memory)
+            "warning: only {jobs} of {} fit into {memory} of memory at about {} each; the others wait. `--memory SIZE` allows more, \
+             `--oversubscribe` starts all",
+            count(summary.jobs as u64, "run"),
+            format_bytes(summary.edit_memory)
         ));
     }
-    if end.refused > 0 {
+    if summary.refused > 0 {
         note(&format!(
-            "warning: the system gave threads for {} at a time instead of {}; ask for fewer with `--jobs`, or raise the limit of processes (`ulimit \
-             -u`, `pids.max` of a container)",
-            count(end.jobs as u64, "edit"),
-            end.jobs + end.refused
+            "warning: the system refused to start {} of {}; ask for fewer with `--jobs`, or raise the limit of processes (`ulimit -u`, \
+             `pids.max` of a container)",
+            summary.refused,
+            count((summary.jobs + summary.refused) as u64, "worker thread")
         ));
     }
-    if end.outdated > 0 {
+    if summary.outdated > 0 {
         note(&format!(
-            "{} no longer counted: a scene, a file of it, or the program has changed",
-            count(end.outdated, "row")
+            "{} out of date and computed again: the scene, one of its files or the program has changed",
+            count(summary.outdated, "row")
         ));
     }
-    if end.abandoned > 0 {
+    if summary.abandoned > 0 {
         note(&format!(
-            "{} did not return from a plugin and was left behind; --isolate runs edits in processes that can be ended",
-            count(end.abandoned as u64, "thread")
+            "{} abandoned in a plugin call that did not return; with --isolate runs are processes, which can be ended",
+            count(summary.abandoned as u64, "thread")
         ));
     }
-    match whole {
-        true => note(&format!("the table is {}", folder.join("results.csv").display())),
-        false if end.stopped => note(&format!("go on with --resume; rows so far are in {}", folder.display())),
-        false => note(&format!("rows are in {}; merge the shards with `pliant batch collect`", folder.display())),
-    }
+    let folder_text = folder.display();
+    note(&if is_complete {
+        format!("the table is {}", folder.join("results.csv").display())
+    } else if summary.stopped {
+        format!("continue with --resume; rows so far are in {folder_text}")
+    } else {
+        format!("rows are in {folder_text}; merge the shards with `pliant batch collect`")
+    });
 }

@@ -24,9 +24,9 @@ pub fn collect_table(cli: &Cli, args: &CollectArgs) -> Result<Outcome, Failure> 
         print_json(&json!({ "output": output, "edits": edits, "rows": rows, "failed": failed, "missing": missing }))?;
     } else {
         let rows = table.len();
-        note(&format!("{rows} of {}, {failed} failed, in {}", count(*edits, "edit"), output.display()));
+        note(&format!("{rows} of {}, {failed} failed, in {}", count(*edits, "run"), output.display()));
         for (shard, number) in missing {
-            note(&format!("{} of shard {shard} missing", count(*number, "edit")));
+            note(&format!("{} of shard {shard} missing", count(*number, "run")));
         }
     }
     Ok(Outcome::Done)

@@ -8,32 +8,36 @@ use serde_json::Value;
 pub struct Column {
     /// Name, unique in the table.
     pub name: String,
-    /// Unit as text; empty for values that are not numbers.
+    /// Unit symbol; `"1"` for dimensionless results, empty for identifiers, values that are not numbers, and parameters written without a unit.
     pub unit: String,
     /// Type of its values.
-    pub kind: ColumnKind,
+    #[serde(rename = "kind")]
+    pub column_type: ColumnType,
 }
 
-/// Type of the values of a column.
+/// Type of the values of a column. Names in files differ from those of the variants where `serde` renames them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum ColumnKind {
+pub enum ColumnType {
     /// Whole numbers.
     Integer,
     /// Floating-point numbers.
-    Number,
+    #[serde(rename = "number")]
+    Float,
     /// True or false.
-    Flag,
-    /// Texts, in UTF-8.
+    #[serde(rename = "flag")]
+    Boolean,
+    /// UTF-8 strings.
     Text,
-    /// Lists of numbers.
-    Numbers,
+    /// Lists of floating-point numbers.
+    #[serde(rename = "numbers")]
+    FloatList,
 }
 
 impl Column {
     /// A column with a name, a unit and a type.
-    pub(crate) fn new(name: &str, unit: &str, kind: ColumnKind) -> Self {
-        Self { name: name.into(), unit: unit.into(), kind }
+    pub(crate) fn new(name: &str, unit: &str, column_type: ColumnType) -> Self {
+        Self { name: name.into(), unit: unit.into(), column_type }
     }
 
     /// Name followed by the unit, for headers of CSV files: `largest_force_N`, `young_kPa`.
@@ -44,12 +48,13 @@ impl Column {
 }
 
 /// A number as a cell; NaN and infinity, which JSON does not have, become an empty cell.
-pub(crate) fn number(value: f64) -> Value {
+pub(crate) fn float_cell(value: f64) -> Value {
     serde_json::Number::from_f64(value).map_or(Value::Null, Value::Number)
 }
 
 /// A row as a JSON object on one line, with the cells in the order of the columns.
-pub(crate) fn row_text(columns: &[Column], cells: &[Value]) -> String {
+pub(crate) fn row_json(columns: &[Column], cells: &[Value]) -> String {
+    debug_assert_eq!(columns.len(), cells.len(), "one cell for each column");
     let cell = |(column, value): (&Column, &Value)| format!("{}:{value}", Value::from(column.name.as_str()));
     let cells: Vec<String> = columns.iter().zip(cells).map(cell).collect();
     format!("{{{}}}", cells.join(","))

@@ -1,9 +1,9 @@
 //! Estimates of the time and memory of a sweep, from a few of its edits, which are opened and not run.
 
-use crate::column::ColumnKind;
+use crate::column::ColumnType;
 use crate::edit::Resolved;
 use crate::error::BatchError;
-use crate::execute::{EditRunner, MODELS_KEPT, OpenedEdit, RunOptions, fitting};
+use crate::execute::{EditRunner, MODELS_KEPT, OpenedEdit, RunOptions, max_concurrent};
 use crate::key::KeyMaker;
 use crate::store::MeshStore;
 use crate::sweep::Sweep;
@@ -93,7 +93,7 @@ pub fn estimate(sweep: &Sweep, options: &RunOptions) -> Result<Estimate, BatchEr
     all.open_seconds /= opened as f64;
     all.step_seconds /= opened as f64;
     if !options.oversubscribe {
-        all.jobs = all.jobs.min(fitting(options.memory, sweep.limits.memory.unwrap_or(all.edit_memory)));
+        all.jobs = all.jobs.min(max_concurrent(options.memory, sweep.limits.memory.unwrap_or(all.edit_memory)));
     }
     all.seconds = (all.open_seconds + all.step_seconds) * all.shard_edits as f64 / all.jobs as f64;
     all.table_bytes = row_bytes / opened * all.shard_edits;
@@ -106,9 +106,9 @@ fn bytes_of_row(sweep: &Sweep, steps: u64) -> u64 {
     /// Bytes of the records of one edit in the journal.
     const RECORDS: u64 = 330;
     let kept = steps.div_ceil(sweep.keep.trace_every);
-    let cell = |kind: ColumnKind| match kind {
-        ColumnKind::Numbers => NUMBER_BYTES * kept,
-        ColumnKind::Integer | ColumnKind::Number | ColumnKind::Flag | ColumnKind::Text => NUMBER_BYTES,
+    let cell = |column_type: ColumnType| match column_type {
+        ColumnType::FloatList => NUMBER_BYTES * kept,
+        ColumnType::Integer | ColumnType::Float | ColumnType::Boolean | ColumnType::Text => NUMBER_BYTES,
     };
-    RECORDS + sweep.columns().iter().map(|column| column.name.len() as u64 + 4 + cell(column.kind)).sum::<u64>()
+    RECORDS + sweep.columns().iter().map(|column| column.name.len() as u64 + 4 + cell(column.column_type)).sum::<u64>()
 }

@@ -44,12 +44,13 @@ mod store;
 mod sweep;
 
 pub use collect::{CollectOptions, Collected, Format, Table, collect};
-pub use column::{Column, ColumnKind};
+pub use column::{Column, ColumnType};
 pub use edit::{Edit, Resolved};
 pub use error::BatchError;
 pub use estimate::{Estimate, estimate};
 pub use execute::{
-    BatchEnd, EditResult, EditSeconds, Failure, FailureClass, Isolation, Progress, RunOptions, limit_memory, run, serve,
+    BatchSummary, EditResult, EditSeconds, Failure, FailureClass, Isolation, Progress, RunOptions, limit_memory, run,
+    serve,
 };
 pub use key::EditKey;
 pub use plot::{PlotOptions, plot};

@@ -58,13 +58,13 @@ fn no_more_edits_run_at_a_time_than_processors_and_memory_allow() {
         (ran.err.clone(), bench.read(&format!("{out}/results.csv")))
     };
     let (said, table) = run("capped", &[]);
-    let told = format!("warning: {asked} edits at a time are asked for and there are {processors} processor");
+    let told = format!("warning: `--jobs {asked}` exceeds the {processors} processor");
     assert!(said.contains(&told) && said.contains(&format!("{processors} at a time")), "{said}");
     assert!(!said.contains("warning: memory"), "{said}");
     let (said, same) = run("all", &["--oversubscribe"]);
     assert!(!said.contains("warning") && said.contains(&format!("{asked} at a time")), "{said}");
     assert!(same == table);
-    // An edit takes 24 MB and more: one fits, or two.
+    // A run takes 24 MB and more: one fits, or two.
     let needed = bench.pliant(&["batch", "sweep.toml", "--dry-run", "--json"]).expect(0).json()["edit_memory"].clone();
     let needed = needed.as_u64().expect("bytes");
     for isolate in [&[][..], &["--isolate"]] {
@@ -75,7 +75,7 @@ fn no_more_edits_run_at_a_time_than_processors_and_memory_allow() {
         let more = [&["--memory", &memory][..], isolate].concat();
         let (said, same) = run(&out, &more);
         assert!(same == table, "{out}");
-        let told = format!("warning: memory allows 1 edit at a time of {processors}, at about ");
+        let told = format!("warning: only 1 of {processors} runs fit into ");
         assert!(processors == 1 || said.contains(&told), "{said}");
     }
     let jobs = |memory: u64| {

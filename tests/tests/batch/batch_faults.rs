@@ -156,7 +156,7 @@ fn a_changed_mesh_is_done_again_and_the_rest_is_not() {
 }
 
 /// Runs a sweep in this process as another version of the program.
-fn run_version(bench: &Bench, out: &str, program: &str, shard: &str, resume: bool) -> pliant_batch::BatchEnd {
+fn run_version(bench: &Bench, out: &str, program: &str, shard: &str, resume: bool) -> pliant_batch::BatchSummary {
     let plugins = pliant_tests::built(&pliant_tests::native::file_name("pliant_mass_spring"));
     let search = SearchPath::new(&[plugins.parent().expect("in a folder").to_path_buf()]);
     let shard = shard.parse().unwrap();

@@ -85,8 +85,8 @@ fn other_verbs_end_in_good_order_without_threads() {
         match (threads, ran.code) {
             // One thread may be that of a watchdog.
             (0 | 1, 2) => ran.says(&["a thread cannot be started"]),
-            (_, 0) if threads > 3 => ran.says(&["3 of 3 edits done"]),
-            (_, 0) => ran.says(&["3 of 3 edits done", "warning: the system gave threads for", "--jobs"]),
+            (_, 0) if threads > 3 => ran.says(&["3 of 3 runs done"]),
+            (_, 0) => ran.says(&["3 of 3 runs done", "warning: the system refused to start", "--jobs"]),
             _ => ran.expect(0),
         };
         let live = run_with(&bench, &["run", "scene.toml", "--live", "-q", "--out", &dir("live")], threads);

@@ -1,7 +1,7 @@
 //! Writing of a table as JSON Lines.
 
 use super::Table;
-use crate::column::row_text;
+use crate::column::row_json;
 use crate::error::BatchError;
 use std::io::Write;
 use std::path::Path;
@@ -11,6 +11,6 @@ pub(super) fn write(table: &mut Table, out: &mut impl Write) -> Result<(), Batch
     let columns = table.columns().to_vec();
     // The writer has no path: errors name what is written.
     table.for_each(|cells| {
-        writeln!(out, "{}", row_text(&columns, &cells)).map_err(|source| BatchError::io(Path::new("the table"), source))
+        writeln!(out, "{}", row_json(&columns, &cells)).map_err(|source| BatchError::io(Path::new("the table"), source))
     })
 }

@@ -5,7 +5,7 @@ mod json_lines;
 #[cfg(feature = "parquet")]
 mod parquet;
 
-use crate::column::{Column, ColumnKind, number};
+use crate::column::{Column, ColumnType, float_cell};
 use crate::error::BatchError;
 use crate::store::{OpenRecord, RowRecord, journals, read_state, row_bytes};
 use serde_json::{Map, Value};
@@ -164,11 +164,11 @@ fn check_same(
 fn extra_columns(options: CollectOptions) -> Vec<Column> {
     let mut columns = Vec::new();
     if options.mixed {
-        columns.push(Column::new("program", "", ColumnKind::Text));
+        columns.push(Column::new("program", "", ColumnType::Text));
     }
     if options.timings {
-        columns.push(Column::new("attempts", "1", ColumnKind::Integer));
-        columns.extend(["open_time", "step_time", "edit_time"].map(|name| Column::new(name, "s", ColumnKind::Number)));
+        columns.push(Column::new("attempts", "1", ColumnType::Integer));
+        columns.extend(["open_time", "step_time", "edit_time"].map(|name| Column::new(name, "s", ColumnType::Float)));
     }
     columns
 }
@@ -234,7 +234,7 @@ impl Table {
                 let times = row.seconds;
                 cells.insert("attempts".into(), row.attempts.into());
                 let times = [("open_time", times.open), ("step_time", times.steps), ("edit_time", times.all)];
-                cells.extend(times.map(|(name, seconds)| (name.to_owned(), number(seconds))));
+                cells.extend(times.map(|(name, seconds)| (name.to_owned(), float_cell(seconds))));
             }
             let cells = self.columns.iter().map(|column| cells.remove(&column.name).unwrap_or_default());
             visit(cells.collect())?;

@@ -1,7 +1,7 @@
 //! Writing of a table as Apache Parquet, in row groups compressed with Snappy.
 
 use super::Table;
-use crate::column::{Column, ColumnKind};
+use crate::column::{Column, ColumnType};
 use crate::error::BatchError;
 use arrow_array::builder::{BooleanBuilder, Float64Builder, Int64Builder, ListBuilder, StringBuilder};
 use arrow_array::{ArrayRef, RecordBatch};
@@ -47,14 +47,14 @@ fn failed(error: &dyn std::fmt::Display) -> BatchError {
 
 /// Name, type and unit of a column.
 fn field(column: &Column) -> Field {
-    let kind = match column.kind {
-        ColumnKind::Integer => DataType::Int64,
-        ColumnKind::Number => DataType::Float64,
-        ColumnKind::Flag => DataType::Boolean,
-        ColumnKind::Text => DataType::Utf8,
-        ColumnKind::Numbers => DataType::List(Arc::new(Field::new("item", DataType::Float64, true))),
+    let data_type = match column.column_type {
+        ColumnType::Integer => DataType::Int64,
+        ColumnType::Float => DataType::Float64,
+        ColumnType::Boolean => DataType::Boolean,
+        ColumnType::Text => DataType::Utf8,
+        ColumnType::FloatList => DataType::List(Arc::new(Field::new("item", DataType::Float64, true))),
     };
-    let field = Field::new(&column.name, kind, true);
+    let field = Field::new(&column.name, data_type, true);
     match column.unit.is_empty() {
         true => field,
         false => field.with_metadata([("unit".to_owned(), column.unit.clone())]),
@@ -63,23 +63,23 @@ fn field(column: &Column) -> Field {
 
 /// Cells of a column; a value of another type becomes empty.
 fn array<'a>(column: &Column, cells: impl Iterator<Item = &'a Value>) -> ArrayRef {
-    match column.kind {
-        ColumnKind::Integer => {
+    match column.column_type {
+        ColumnType::Integer => {
             let mut builder = Int64Builder::new();
             cells.for_each(|cell| builder.append_option(cell.as_i64()));
             Arc::new(builder.finish())
         }
-        ColumnKind::Number => {
+        ColumnType::Float => {
             let mut builder = Float64Builder::new();
             cells.for_each(|cell| builder.append_option(cell.as_f64()));
             Arc::new(builder.finish())
         }
-        ColumnKind::Flag => {
+        ColumnType::Boolean => {
             let mut builder = BooleanBuilder::new();
             cells.for_each(|cell| builder.append_option(cell.as_bool()));
             Arc::new(builder.finish())
         }
-        ColumnKind::Text => {
+        ColumnType::Text => {
             let mut builder = StringBuilder::new();
             for cell in cells {
                 match cell {
@@ -90,7 +90,7 @@ fn array<'a>(column: &Column, cells: impl Iterator<Item = &'a Value>) -> ArrayRe
             }
             Arc::new(builder.finish())
         }
-        ColumnKind::Numbers => {
+        ColumnType::FloatList => {
             let mut builder = ListBuilder::new(Float64Builder::new());
             for cell in cells {
                 if let Some(list) = cell.as_array() {
@@ -106,7 +106,7 @@ fn array<'a>(column: &Column, cells: impl Iterator<Item = &'a Value>) -> ArrayRe
 #[cfg(test)]
 mod tests {
     use super::super::{CollectOptions, Format, collect};
-    use crate::column::row_text;
+    use crate::column::row_json;
     use crate::execute::EditSeconds;
     use crate::shard::Shard;
     use crate::store::{NewRow, ShardFiles};
@@ -137,7 +137,7 @@ mod tests {
                 .unwrap(),
         ];
         for (edit, (key, cells)) in keys.into_iter().zip(&rows).enumerate() {
-            let text = row_text(sweep.columns(), cells);
+            let text = row_json(sweep.columns(), cells);
             let (failed, attempts, seconds) = (None, 1, EditSeconds::default());
             files.put(NewRow { edit: edit as u64, key, text: &text, failed, attempts, seconds }).unwrap();
         }

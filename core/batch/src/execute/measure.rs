@@ -1,6 +1,6 @@
 //! Values of a run for its row: summary and trace.
 
-use crate::column::{ColumnKind, number};
+use crate::column::{ColumnType, float_cell};
 use crate::sweep::Keep;
 use pliant_engine::session::Session;
 use pliant_record::{ProbeResult, RunStatistics, trace_cells, trace_columns, traced_tools};
@@ -10,46 +10,51 @@ use serde_json::Value;
 pub(crate) struct SummaryColumn {
     /// Name of the column, without the unit.
     pub(crate) name: &'static str,
-    /// Unit of its values in SI; empty for counts and ratios.
+    /// Unit of its values in SI; `1` for counts and ratios, empty for values that are not numbers.
     pub(crate) unit: &'static str,
     /// Type of its values.
-    pub(crate) kind: ColumnKind,
+    pub(crate) column_type: ColumnType,
     /// Reads the value after a run.
     value: fn(&Session, &RunStatistics) -> Value,
 }
 
-/// A summary column of numbers.
-const fn real(name: &'static str, unit: &'static str, value: fn(&Session, &RunStatistics) -> Value) -> SummaryColumn {
-    SummaryColumn { name, unit, kind: ColumnKind::Number, value }
+/// A summary column of floating-point numbers.
+const fn float(name: &'static str, unit: &'static str, value: fn(&Session, &RunStatistics) -> Value) -> SummaryColumn {
+    SummaryColumn { name, unit, column_type: ColumnType::Float, value }
 }
 
 /// A summary column of whole numbers.
-const fn whole(name: &'static str, value: fn(&Session, &RunStatistics) -> Value) -> SummaryColumn {
-    SummaryColumn { name, unit: "1", kind: ColumnKind::Integer, value }
+const fn integer(name: &'static str, value: fn(&Session, &RunStatistics) -> Value) -> SummaryColumn {
+    SummaryColumn { name, unit: "1", column_type: ColumnType::Integer, value }
 }
 
 /// All columns of a summary. No value depends on wall-clock time, threads or machine.
 pub(crate) const SUMMARY: [SummaryColumn; 15] = [
-    whole("steps", |session, _| session.steps().into()),
-    real("simulated_time", "s", |session, _| number(session.time())),
+    integer("steps", |session, _| session.steps().into()),
+    float("simulated_time", "s", |session, _| float_cell(session.time())),
     SummaryColumn {
         name: "integrator",
         unit: "",
-        kind: ColumnKind::Text,
+        column_type: ColumnType::Text,
         value: |session, _| session.choices.integrator.into(),
     },
-    whole("substeps", |session, _| session.choices.substeps.into()),
-    whole("most_nodes", |_, run| run.most_nodes.into()),
-    whole("most_elements", |_, run| run.most_elements.into()),
-    whole("contact_steps", |_, run| run.contact_steps.into()),
-    real("largest_force", "N", |_, run| number(run.largest_force)),
-    whole("iterations", |_, run| run.iterations.into()),
-    real("largest_residual", "1", |_, run| number(run.largest_residual)),
-    whole("events", |session, _| session.events.counts().values().sum::<u64>().into()),
-    whole("cut_advances", |session, _| session.cuts().advances.into()),
-    real("cut_area", "m^2", |session, _| number(session.cuts().area)),
-    real("cut_length", "m", |session, _| number(session.cuts().length)),
-    SummaryColumn { name: "passed", unit: "", kind: ColumnKind::Flag, value: |_, run| passed(&run.probes()).into() },
+    integer("substeps", |session, _| session.choices.substeps.into()),
+    integer("most_nodes", |_, run| run.most_nodes.into()),
+    integer("most_elements", |_, run| run.most_elements.into()),
+    integer("contact_steps", |_, run| run.contact_steps.into()),
+    float("largest_force", "N", |_, run| float_cell(run.largest_force)),
+    integer("iterations", |_, run| run.iterations.into()),
+    float("largest_residual", "1", |_, run| float_cell(run.largest_residual)),
+    integer("events", |session, _| session.events.counts().values().sum::<u64>().into()),
+    integer("cut_advances", |session, _| session.cuts().advances.into()),
+    float("cut_area", "m^2", |session, _| float_cell(session.cuts().area)),
+    float("cut_length", "m", |session, _| float_cell(session.cuts().length)),
+    SummaryColumn {
+        name: "passed",
+        unit: "",
+        column_type: ColumnType::Boolean,
+        value: |_, run| passed(&run.probes()).into(),
+    },
 ];
 
 /// Whether every probe with an expected value met it.
@@ -92,7 +97,7 @@ impl TraceKeeper {
         let cells = trace_cells(session.frame());
         for (index, column) in self.indices.iter().zip(&mut self.columns) {
             let Some(text) = index.and_then(|index| cells.get(index)) else { continue };
-            column.push(text.parse::<f64>().map_or_else(|_| Value::from(text.as_str()), number));
+            column.push(text.parse::<f64>().map_or_else(|_| Value::from(text.as_str()), float_cell));
         }
     }
 

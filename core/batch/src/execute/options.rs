@@ -94,7 +94,7 @@ impl Progress {
 
 /// Result of a run of a shard.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct BatchEnd {
+pub struct BatchSummary {
     /// Number of edits of the shard.
     pub edits: u64,
     /// Number of edits with a row.

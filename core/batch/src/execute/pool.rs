@@ -7,10 +7,10 @@
 use super::admission::Admission;
 use super::child::ChildRunner;
 use super::failure::Failure;
-use super::options::{BatchEnd, Progress, RunOptions};
+use super::options::{BatchSummary, Progress, RunOptions};
 use super::resume::{MissingEdit, ResumeState};
 use super::run_edit::{EditResult, EditRunner, EditSeconds, MODELS_KEPT};
-use crate::column::row_text;
+use crate::column::row_json;
 use crate::edit::Resolved;
 use crate::error::BatchError;
 use crate::key::{EditKey, KeyMaker};
@@ -178,7 +178,7 @@ impl Pool {
     }
 
     /// Runs all edits.
-    pub(super) fn run(mut self, progress: &mut dyn FnMut(Progress)) -> Result<BatchEnd, BatchError> {
+    pub(super) fn run(mut self, progress: &mut dyn FnMut(Progress)) -> Result<BatchSummary, BatchError> {
         let jobs = self.shared.options.jobs();
         let wanted = jobs.min(self.shared.lock().queue.len());
         for _ in 0..wanted {
@@ -214,7 +214,12 @@ impl Pool {
     }
 
     /// Closes the files and returns the result.
-    fn finish(self, jobs: usize, refused: usize, progress: &mut dyn FnMut(Progress)) -> Result<BatchEnd, BatchError> {
+    fn finish(
+        self,
+        jobs: usize,
+        refused: usize,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<BatchSummary, BatchError> {
         let last = self.progress();
         progress(last);
         let mut state = self.shared.lock();
@@ -225,7 +230,7 @@ impl Pool {
         let (jobs_asked, allowed) = (self.shared.options.jobs_asked(), self.shared.options.jobs());
         state.files.close(stopped)?;
         self.syncer.sync()?;
-        Ok(BatchEnd {
+        Ok(BatchSummary {
             edits: last.edits,
             done: last.done,
             failed: last.failed,
@@ -239,7 +244,7 @@ impl Pool {
             jobs_asked,
             jobs_on_processors: Some(allowed).filter(|allowed| *allowed < jobs_asked),
             jobs,
-            jobs_in_memory: state.admission.held_at(),
+            jobs_in_memory: state.admission.memory_limited_at(),
             edit_memory: state.admission.edit_memory(),
             refused,
         })
@@ -297,8 +302,8 @@ impl State {
     /// Takes the next edit from the queue; `None` if there is none, or no memory for it yet.
     fn next_task(&mut self) -> Option<Task> {
         let elapsed = self.running.values().map(|running| running.began.elapsed()).max().unwrap_or_default();
-        let admits = !self.queue.is_empty() && self.admission.admits(self.running.len(), elapsed);
-        if admits { self.queue.pop_front() } else { None }
+        let is_admitted = !self.queue.is_empty() && self.admission.try_admit(self.running.len(), elapsed);
+        if is_admitted { self.queue.pop_front() } else { None }
     }
 }
 
@@ -338,7 +343,7 @@ impl Shared {
             }
         }
         cells.extend(result.cells.iter().cloned());
-        row_text(self.sweep.columns(), &cells)
+        row_json(self.sweep.columns(), &cells)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Comparison of the rows of a shard with the sweep, for resuming.
 
 use super::options::RunOptions;
-use crate::column::row_text;
+use crate::column::row_json;
 use crate::edit::Resolved;
 use crate::error::BatchError;
 use crate::key::{EditKey, KeyMaker};
@@ -105,7 +105,7 @@ fn move_row(sweep: &Sweep, index: u64, row: &RowRecord, files: &mut ShardFiles) 
     let given = cells.len();
     let rest = &sweep.columns()[given..];
     cells.extend(rest.iter().map(|column| old.get(&column.name).cloned().unwrap_or_default()));
-    let text = row_text(sweep.columns(), &cells);
+    let text = row_json(sweep.columns(), &cells);
     let RowRecord { key, failed, attempts, seconds, .. } = row.clone();
     files.put(NewRow { edit: index, key, text: &text, failed, attempts, seconds })
 }

@@ -184,7 +184,7 @@ impl<'a> EditRunner<'a> {
         let count = columns.len() - after - self.sweep.keep.trace.len() - usize::from(self.sweep.keep.meshes);
         let cell = |column: &crate::Column| {
             let result = results.iter().find(|result| result.name == column.name);
-            result.map_or(Value::Null, |result| crate::column::number(result.value))
+            result.map_or(Value::Null, |result| crate::column::float_cell(result.value))
         };
         columns[after..after + count].iter().map(cell).collect()
     }

@@ -1,6 +1,6 @@
 //! Execution of one shard of a sweep.
 
-use super::options::{BatchEnd, Progress, RunOptions};
+use super::options::{BatchSummary, Progress, RunOptions};
 use super::pool::Pool;
 use super::resume::compare_with_sweep;
 use crate::error::BatchError;
@@ -24,7 +24,7 @@ pub fn run(
     folder: &Path,
     options: RunOptions,
     progress: &mut dyn FnMut(Progress),
-) -> Result<BatchEnd, BatchError> {
+) -> Result<BatchSummary, BatchError> {
     if (options.isolate || sweep.limits.memory.is_some()) && options.isolation.is_none() {
         let text = "edits with a limit of memory run in child processes, and the caller starts none";
         return Err(BatchError::Input(text.into()));

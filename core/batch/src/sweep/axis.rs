@@ -3,7 +3,7 @@
 use super::file::{AxisFile, Method, ParameterFile, RangeFile, RepeatFile, SampleFile, SampledFile};
 use super::quantity::{Listed, Measure, ParameterValue, listed};
 use super::random::Random;
-use crate::column::ColumnKind;
+use crate::column::ColumnType;
 use pliant_engine::scene::{SceneError, Source};
 use serde_json::Value as Cell;
 use std::ops::Range;
@@ -19,7 +19,7 @@ pub(crate) struct Parameter {
     /// Unit of its values.
     pub(crate) unit: String,
     /// Type of its values.
-    pub(crate) kind: ColumnKind,
+    pub(crate) column_type: ColumnType,
 }
 
 /// An axis of a sweep: parameters that vary together, with their values at each point.
@@ -77,7 +77,12 @@ impl Axis {
 
 /// The parameter at a path with these values.
 fn parameter(path: &Spanned<String>, name: &Option<String>, values: &Listed) -> Parameter {
-    Parameter { path: Some(path.get_ref().clone()), name: name.clone(), unit: values.unit.clone(), kind: values.kind }
+    Parameter {
+        path: Some(path.get_ref().clone()),
+        name: name.clone(),
+        unit: values.unit.clone(),
+        column_type: values.column_type,
+    }
 }
 
 /// Values of the one of `list`, `range` and `log_range` that is given.
@@ -107,7 +112,7 @@ fn spaced(range: &RangeFile, log: bool, source: &Source) -> Result<Listed, Scene
         i => ends.at(i as f64 / (count - 1) as f64),
     };
     let values = (0..count).map(|i| Measure { number: at(i), unit: ends.unit.clone() }.value()).collect();
-    Ok(Listed { values, unit: ends.unit, kind: ColumnKind::Number })
+    Ok(Listed { values, unit: ends.unit, column_type: ColumnType::Float })
 }
 
 /// Both ends of a range, of one unit.
@@ -206,8 +211,8 @@ fn sampled(sample: &SampleFile, span: Range<usize>, source: &Source) -> Result<A
             point.push(Measure { number: drawn(&ends, file.integer, share), unit: ends.unit.clone() }.value());
         }
         let (path, name) = (Some(file.path.get_ref().clone()), file.name.clone());
-        let kind = if file.integer { ColumnKind::Integer } else { ColumnKind::Number };
-        axis.parameters.push(Parameter { path, name, unit: ends.unit.clone(), kind });
+        let column_type = if file.integer { ColumnType::Integer } else { ColumnType::Float };
+        axis.parameters.push(Parameter { path, name, unit: ends.unit.clone(), column_type });
     }
     Ok(axis)
 }
@@ -234,7 +239,7 @@ fn repeated(repeat: &RepeatFile, source: &Source) -> Result<Axis, SceneError> {
         path: repeat.path.as_ref().map(|path| path.get_ref().clone()),
         name: if seeds { None } else { Some("repeat".into()) },
         unit: String::new(),
-        kind: ColumnKind::Integer,
+        column_type: ColumnType::Integer,
     };
     Ok(Axis { parameters: vec![parameter], points: (0..count).map(|i| vec![value(i)]).collect() })
 }

@@ -1,7 +1,7 @@
 //! Columns of the table of a sweep, determined before any edit runs.
 
 use super::Sweep;
-use crate::column::{Column, ColumnKind};
+use crate::column::{Column, ColumnType};
 use crate::execute::SUMMARY;
 use pliant_engine::plan::{Plan, Probe};
 use pliant_engine::scene::{Scene, SceneError, Source, load_text};
@@ -19,10 +19,10 @@ pub(super) fn find(sweep: &mut Sweep, source: &Source) -> Result<(), SceneError>
     let plans = plans(sweep)?;
     let mut columns = given(sweep);
     sweep.given = columns.len();
-    columns.extend(OUTCOME.map(|name| Column::new(name, "", ColumnKind::Text)));
+    columns.extend(OUTCOME.map(|name| Column::new(name, "", ColumnType::Text)));
     for name in &sweep.keep.summary {
         let column = SUMMARY.iter().find(|column| column.name == *name).expect("checked when it was read");
-        columns.push(Column::new(name, column.unit, column.kind));
+        columns.push(Column::new(name, column.unit, column.column_type));
     }
     if sweep.keep.probes {
         columns.extend(probes(&plans));
@@ -32,7 +32,7 @@ pub(super) fn find(sweep: &mut Sweep, source: &Source) -> Result<(), SceneError>
         columns.push(trace_column(name));
     }
     if sweep.keep.meshes {
-        columns.push(Column::new("mesh", "", ColumnKind::Text));
+        columns.push(Column::new("mesh", "", ColumnType::Text));
     }
     for (at, column) in columns.iter().enumerate() {
         if columns[..at].iter().any(|other| other.name == column.name) {
@@ -46,12 +46,12 @@ pub(super) fn find(sweep: &mut Sweep, source: &Source) -> Result<(), SceneError>
 
 /// Columns of the index, the key, and the inputs that vary.
 fn given(sweep: &Sweep) -> Vec<Column> {
-    let mut columns = vec![Column::new("edit", "", ColumnKind::Integer), Column::new("key", "", ColumnKind::Text)];
+    let mut columns = vec![Column::new("edit", "", ColumnType::Integer), Column::new("key", "", ColumnType::Text)];
     if sweep.scenes.len() > 1 {
-        columns.push(Column::new("scene", "", ColumnKind::Text));
+        columns.push(Column::new("scene", "", ColumnType::Text));
     }
     if !sweep.models.is_empty() {
-        columns.push(Column::new("model", "", ColumnKind::Text));
+        columns.push(Column::new("model", "", ColumnType::Text));
     }
     let parameters: Vec<_> = sweep.axes.iter().flat_map(|axis| &axis.parameters).collect();
     let end = |path: &str| path.rsplit('.').next().unwrap_or(path).to_owned();
@@ -63,7 +63,7 @@ fn given(sweep: &Sweep) -> Vec<Column> {
         let path = parameter.path.as_deref().unwrap_or_default();
         // The end of the path, unless that of another parameter is the same.
         let short = if ends.get(&end(path)) == Some(&1) { end(path) } else { path.to_owned() };
-        columns.push(Column::new(&parameter.name.clone().unwrap_or(short), &parameter.unit, parameter.kind));
+        columns.push(Column::new(&parameter.name.clone().unwrap_or(short), &parameter.unit, parameter.column_type));
     }
     columns
 }
@@ -99,7 +99,7 @@ fn probes(plans: &[Planned]) -> Vec<Column> {
     let all: Vec<&Probe> = plans.iter().flat_map(|planned| &planned.plan.probes).collect();
     for probe in all {
         if columns.iter().all(|column| column.name != probe.name) {
-            columns.push(Column::new(&probe.name, probe.quantity.unit, ColumnKind::Number));
+            columns.push(Column::new(&probe.name, probe.quantity.unit, ColumnType::Float));
         }
     }
     columns
@@ -126,6 +126,6 @@ fn trace_column(name: &str) -> Column {
     let units = ["s", "m", "N", "Nm", "J"];
     let (stem, unit) = name.rsplit_once('_').filter(|(_, unit)| units.contains(unit)).unwrap_or((name, ""));
     let unit = if unit == "Nm" { "N m" } else { unit };
-    let kind = if name.ends_with(".contact") { ColumnKind::Text } else { ColumnKind::Numbers };
-    Column::new(stem, unit, kind)
+    let column_type = if name.ends_with(".contact") { ColumnType::Text } else { ColumnType::FloatList };
+    Column::new(stem, unit, column_type)
 }

@@ -1,6 +1,6 @@
 //! Values of parameters: numbers with or without a unit, and other values of a scene.
 
-use crate::column::ColumnKind;
+use crate::column::ColumnType;
 use serde_json::Value as Cell;
 use toml::Value;
 
@@ -66,10 +66,10 @@ pub(super) struct Listed {
     /// Their unit; empty without one.
     pub(super) unit: String,
     /// Type of the column that shows them.
-    pub(super) kind: ColumnKind,
+    pub(super) column_type: ColumnType,
 }
 
-/// The values of a list. Numbers of one unit make a column of numbers in that unit, flags one of flags, other values one of texts.
+/// The values of a list. Numbers of one unit make a column of floating-point numbers in that unit, Booleans one of Booleans, other values one of strings.
 pub(super) fn listed(list: &[Value]) -> Listed {
     let measures: Option<Vec<Measure>> = list.iter().map(Measure::of).collect();
     if let Some(measures) = measures
@@ -78,7 +78,7 @@ pub(super) fn listed(list: &[Value]) -> Listed {
     {
         let values = list.iter().zip(&measures);
         let values = values.map(|(v, m)| ParameterValue { setting: v.to_string(), cell: number_cell(m.number) });
-        return Listed { values: values.collect(), unit: first.unit.clone(), kind: ColumnKind::Number };
+        return Listed { values: values.collect(), unit: first.unit.clone(), column_type: ColumnType::Float };
     }
     let flags = list.iter().all(|v| matches!(v, Value::Boolean(_)));
     let cell = |value: &Value| match value {
@@ -92,7 +92,7 @@ pub(super) fn listed(list: &[Value]) -> Listed {
         | Value::Table(_) => Cell::from(value.to_string()),
     };
     let values = list.iter().map(|v| ParameterValue { setting: v.to_string(), cell: cell(v) }).collect();
-    Listed { values, unit: String::new(), kind: if flags { ColumnKind::Flag } else { ColumnKind::Text } }
+    Listed { values, unit: String::new(), column_type: if flags { ColumnType::Boolean } else { ColumnType::Text } }
 }
 
 #[cfg(test)]
@@ -116,9 +116,12 @@ mod tests {
     fn lists_of_one_unit_are_numbers_and_others_texts() {
         let list = |texts: &[&str]| listed(&texts.iter().map(|t| Value::from(*t)).collect::<Vec<_>>());
         let same = list(&["5 kPa", "10 kPa"]);
-        assert_eq!((same.unit.as_str(), same.kind, &same.values[1].cell), ("kPa", ColumnKind::Number, &Cell::from(10)));
+        assert_eq!(
+            (same.unit.as_str(), same.column_type, &same.values[1].cell),
+            ("kPa", ColumnType::Float, &Cell::from(10))
+        );
         assert_eq!(same.values[0].setting, "\"5 kPa\"");
-        assert_eq!(list(&["5 kPa", "1 MPa"]).kind, ColumnKind::Text);
+        assert_eq!(list(&["5 kPa", "1 MPa"]).column_type, ColumnType::Text);
         assert_eq!(list(&["denim", "silk"]).values[1].cell, Cell::from("silk"));
     }
 }
