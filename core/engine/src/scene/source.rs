@@ -19,7 +19,7 @@ pub struct Source {
     pub changed: bool,
     /// Models that the caller provides instead of files, by the value of a body's `mesh`.
     pub documents: BTreeMap<String, ObjDocument>,
-    /// Factors of vertices that the program hands over instead of files: a field has them if its `csv` is the key.
+    /// Factors of vertices that the caller supplies instead of files, by the value of a field's `csv`.
     pub factors: BTreeMap<String, Vec<f64>>,
 }
 

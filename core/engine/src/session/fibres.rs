@@ -145,7 +145,7 @@ impl FibreSource<'_> {
         })
     }
 
-    /// Points with directions of a file, one a line; empty lines and those with `#` are skipped.
+    /// Points with directions read from a file, one per line; empty lines and lines that start with `#` are skipped.
     fn cloud(&self, csv: &Spanned<String>) -> Result<FibreLines, SceneError> {
         let path = self.source.folder().join(csv.get_ref());
         let wrong = |why: String| self.source.error(csv.span(), format!("{}: {why}", path.display()));
