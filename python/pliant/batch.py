@@ -1,4 +1,4 @@
-"""Sweeps: many scripted edits into one table, on this machine or on a cluster of Dask.
+"""Sweeps: many runs of scripted scenes into one table, on this machine or on a cluster of Dask.
 
 A sweep is a file in TOML that says what varies, see ``docs/batch.md``; ``pliant batch`` does the same. What was done is in a folder, and is not
 done again: a run that was stopped goes on where it was.
@@ -30,12 +30,12 @@ from .catalogue import _PLUGINS
 __all__ = ["Table", "collect", "map", "run", "run_shard", "size"]
 
 _Path = str | os.PathLike[str]
-#: Shards for each thread of a cluster: few enough that each has many edits to share its models, enough that the last ones end together.
+#: Shards for each thread of a cluster: few enough that each has many runs to share its models, enough that the last ones end together.
 _SHARDS_PER_THREAD = 4
 
 
 class Table(Mapping[str, NDArray[Any]]):
-    """Results of a sweep: an array for each column, a row for each edit, in the order of the sweep.
+    """Results of a sweep: an array for each column, a row for each run, in the order of the sweep.
 
     Numbers are float64, with NaN in empty cells; columns without empty cells of whole numbers or truths are int64 or bool; texts and lists are
     objects, with None in empty cells.
@@ -45,9 +45,9 @@ class Table(Mapping[str, NDArray[Any]]):
     units : dict of str to str
         The unit of each column, empty where there is none.
     edits : int
-        Number of edits of the sweep.
+        Number of runs of the sweep.
     failed : int
-        Number of rows that say that their edit failed.
+        Number of rows that say that their run failed.
     missing : dict of str to int
         Edits without a row, by shard.
     """
@@ -84,11 +84,11 @@ class Table(Mapping[str, NDArray[Any]]):
         return self._length
 
     def __repr__(self) -> str:
-        return f"<table of {self._length} of {self.edits} edits, {self.failed} failed: {', '.join(self)}>"
+        return f"<table of {self._length} of {self.edits} runs, {self.failed} failed: {', '.join(self)}>"
 
 
 def size(sweep: _Path) -> int:
-    """Count the edits of a sweep.
+    """Count the runs of a sweep.
 
     Parameters
     ----------
@@ -123,19 +123,19 @@ def run_shard(
     out : path
         The folder of the results.
     shard : str
-        ``"I/N"``: edits whose place in the sweep, modulo N, is I - 1.
+        ``"I/N"``: runs whose place in the sweep, modulo N, is I - 1.
     jobs : int
         Edits at a time; 0 takes what the machine has. No more run than there are processors, and than fit into three quarters of the machine's memory.
     retry_failed : bool
-        Whether failed edits are done again.
+        Whether failed runs are done again.
     isolate : bool
-        Whether edits run in child processes; those with a limit of memory always do.
+        Whether each run has a child process; those with a limit of memory always do.
     plugin_path : iterable of path
         Folders that are searched for plugins first.
     allow_plugins : iterable of path
         Folders from which scenes may name libraries by path, which runs their code; none by default.
     progress : callable, optional
-        Gets the number of edits that are done, of those that failed, and of all, several times a second.
+        Gets the number of runs that are done, of those that failed, and of all, several times a second.
 
     Returns
     -------
@@ -292,6 +292,6 @@ def _array(cells: list[Any], kind: str) -> NDArray[Any]:
 
 
 def _serve(words: str) -> None:
-    """Do edits as the child process of a run."""
+    """Execute runs as the child process of a batch."""
     sweep, out, shard, plugin_path, allow_plugins = json.loads(words)
     _native.batch_serve(sweep, out, _options(shard, 1, plugin_path, allow_plugins))

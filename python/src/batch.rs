@@ -72,14 +72,14 @@ impl ShardOptions {
     }
 }
 
-/// Number of edits of a sweep.
+/// Number of runs of a sweep.
 #[pyfunction]
 pub fn batch_size(py: Python<'_>, sweep: PathBuf) -> PyResult<u64> {
     Ok(py.detach(|| contained(|| Ok(Sweep::read(&sweep)?.edits())))?)
 }
 
-/// Runs a shard of a sweep into a folder and tells how it went, as JSON. `progress` gets numbers of edits that are done and that failed, and of
-/// all, several times a second. Ctrl-C, or an exception of `progress`, ends edits under way and keeps the rest.
+/// Executes a shard of a sweep into a folder and returns a summary as JSON. `progress` gets the numbers of runs that are done, that failed, and of
+/// all, several times a second. Ctrl-C, or an exception of `progress`, ends runs under way and keeps the rest.
 #[pyfunction]
 #[pyo3(signature = (sweep, folder, options, progress=None))]
 pub fn batch_run(

@@ -1,4 +1,4 @@
-//! Edits of a sweep, and their scenes.
+//! Runs of a sweep, and their scenes.
 
 use crate::key::{EditKey, KeyMaker};
 use crate::sweep::Sweep;
@@ -6,7 +6,7 @@ use pliant_engine::scene::{Scene, SceneError, Source, load_text};
 use serde_json::Value;
 use std::path::PathBuf;
 
-/// One edit of a sweep: a run of a base scene with a model and settings of its own.
+/// One run of a sweep: a base scene with a model and settings of its own.
 #[derive(Clone, Debug)]
 pub struct Edit {
     /// Index in the sweep, from 0.
@@ -23,18 +23,18 @@ pub struct Edit {
     pub(crate) repeat: Option<u64>,
 }
 
-/// An edit with its scene read.
+/// A run with its scene read.
 pub struct Resolved {
-    /// The edit as the sweep lists it, with its parameters.
+    /// The run as the sweep lists it, with its parameters.
     pub edit: Edit,
-    /// Digest that identifies the edit.
+    /// Digest that identifies the run.
     pub key: EditKey,
     /// Its scene, or the error of reading it.
     pub scene: Result<(Scene, Source), SceneError>,
 }
 
 impl Resolved {
-    /// Reads the scene of edit `index` and computes its key.
+    /// Reads the scene of run `index` and computes its key.
     pub(crate) fn new(sweep: &Sweep, index: u64, keys: &KeyMaker) -> Self {
         let edit = sweep.edit(index);
         let base = sweep.base(&edit);

@@ -1,4 +1,4 @@
-//! Estimates of the time and memory of a sweep, from a few of its edits, which are opened and not run.
+//! Estimates of the time and memory of a sweep, from a few of its runs, which are opened and not executed.
 
 use crate::column::ColumnType;
 use crate::edit::Resolved;
@@ -12,7 +12,7 @@ use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
 
-/// Number of edits that are opened, evenly spaced over the shard.
+/// Number of runs that are opened, evenly spaced over the shard.
 const SAMPLES: u64 = 8;
 /// Mean size of a number in a row without its name, bytes: at most 17 digits, sign, exponent and comma.
 const NUMBER_BYTES: u64 = 18;
@@ -20,34 +20,34 @@ const NUMBER_BYTES: u64 = 18;
 /// Estimated time and size of a shard.
 #[derive(Clone, Debug, Serialize)]
 pub struct Estimate {
-    /// Number of edits of the whole sweep.
+    /// Number of runs of the whole sweep.
     pub edits: u64,
-    /// Number of edits of the shard.
+    /// Number of runs of the shard.
     pub shard_edits: u64,
-    /// Number of edits that were opened for this estimate.
+    /// Number of runs that were opened for this estimate.
     pub opened: u64,
-    /// Messages of edits that cannot be opened.
+    /// Messages of runs that cannot be opened.
     pub failures: Vec<String>,
-    /// Mean time of all steps of an edit under a tool, s.
+    /// Mean time of all steps of a run under a tool, s.
     pub step_seconds: f64,
-    /// Mean time of opening an edit, s.
+    /// Mean time of opening a run, s.
     pub open_seconds: f64,
-    /// Time of the whole shard with `jobs` parallel edits, s.
+    /// Time of the whole shard with `jobs` parallel runs, s.
     pub seconds: f64,
-    /// Number of parallel edits.
+    /// Number of parallel runs.
     pub jobs: usize,
     /// Size of the table and the journal, bytes.
     pub table_bytes: u64,
     /// Size of the meshes if they are kept and all differ, bytes.
     pub mesh_bytes: u64,
-    /// Largest estimate of the memory of an edit, bytes.
+    /// Largest estimate of the memory of a run, bytes.
     pub edit_memory: u64,
 }
 
 /// Estimates the time and size of a shard.
 ///
 /// # Errors
-/// Fails if none of the sampled edits can be opened.
+/// Fails if none of the sampled runs can be opened.
 pub fn estimate(sweep: &Sweep, options: &RunOptions) -> Result<Estimate, BatchError> {
     let keys = KeyMaker::new(&options.program, &options.search);
     let meshes = MeshStore::new(Path::new("."));
@@ -74,7 +74,7 @@ pub fn estimate(sweep: &Sweep, options: &RunOptions) -> Result<Estimate, BatchEr
         let began = Instant::now();
         let resolved = Resolved::new(sweep, index, &keys);
         match runner.open(&resolved) {
-            Err(failure) => all.failures.push(format!("edit {index}: {}: {}", failure.class, failure.message)),
+            Err(failure) => all.failures.push(format!("run {index}: {}: {}", failure.class, failure.message)),
             Ok(OpenedEdit { session, steps, .. }) => {
                 all.opened += 1;
                 all.open_seconds += began.elapsed().as_secs_f64();
@@ -87,7 +87,7 @@ pub fn estimate(sweep: &Sweep, options: &RunOptions) -> Result<Estimate, BatchEr
     }
     if all.opened == 0 && samples > 0 {
         let why = all.failures.join("\n");
-        return Err(BatchError::Input(format!("none of {samples} edits can be opened:\n{why}")));
+        return Err(BatchError::Input(format!("none of {samples} runs can be opened:\n{why}")));
     }
     let opened = all.opened.max(1);
     all.open_seconds /= opened as f64;
@@ -103,7 +103,7 @@ pub fn estimate(sweep: &Sweep, options: &RunOptions) -> Result<Estimate, BatchEr
 
 /// Size of a row and of its records in the journal, bytes.
 fn bytes_of_row(sweep: &Sweep, steps: u64) -> u64 {
-    /// Bytes of the records of one edit in the journal.
+    /// Bytes of the records of one run in the journal.
     const RECORDS: u64 = 330;
     let kept = steps.div_ceil(sweep.keep.trace_every);
     let cell = |column_type: ColumnType| match column_type {

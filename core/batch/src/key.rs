@@ -1,4 +1,4 @@
-//! Keys of edits: digests of everything on which a result depends.
+//! Keys of runs: digests of everything on which a result depends.
 
 use crate::edit::Edit;
 use crate::sweep::BaseScene;
@@ -11,8 +11,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// Digest of an edit's resolved scene, the bytes of its meshes, plugins and parameter files, and the program's version: the first 128 bits of
-/// BLAKE3, in hexadecimal. Edits with equal keys have equal results.
+/// Digest of a run's resolved scene, the bytes of its meshes, plugins and parameter files, and the program's version: the first 128 bits of
+/// BLAKE3, in hexadecimal. Runs with equal keys have equal results.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct EditKey(String);
 
@@ -38,7 +38,7 @@ impl KeyMaker {
         Self { program: program.to_owned(), search: search.clone(), files: Mutex::default() }
     }
 
-    /// The key of an edit; `scene` is `None` if the edit's scene is invalid.
+    /// The key of a run; `scene` is `None` if the run's scene is invalid.
     pub(crate) fn key(&self, edit: &Edit, base: &BaseScene, scene: Option<&(Scene, Source)>) -> EditKey {
         let mut digest = ContentHasher::default();
         digest.add("pliant edit 1");

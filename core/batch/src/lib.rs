@@ -1,12 +1,13 @@
-//! Parameter sweeps over scripted edits, run by any number of processes, with one table of results.
+//! Parameter sweeps over scripted scenes, executed by any number of processes, with one table of results. A point of a sweep is a run; columns,
+//! JSON keys and identifiers call it `edit`.
 //!
-//! A [`Sweep`] is read from a file: base scenes, models, and axes whose product is the list of edits. [`run`] runs the edits of one shard in
-//! parallel and appends a row for each to the shard's files; edits that have a row are not run again. [`collect()`] merges shards into one table,
+//! A [`Sweep`] is read from a file: base scenes, models, and axes whose product is the list of runs. [`run`] executes the runs of one shard in
+//! parallel and appends a row for each to the shard's files; runs that have a row are not repeated. [`collect()`] merges shards into one table,
 //! [`status`] reports their progress, [`plot()`] draws columns, and [`launcher`] writes a script for a cluster.
 //!
 //! With a [`SessionBatch`] many sessions are open at once: the caller steps them together and moves their hands.
 //!
-//! An edit is identified by a digest of its resolved scene, the bytes of its meshes and plugins, and the program's version ([`EditKey`]). Rows do
+//! A run is identified by a digest of its resolved scene, the bytes of its meshes and plugins, and the program's version ([`EditKey`]). Rows do
 //! not depend on time or machine, so all ways of running a sweep give the same table.
 //!
 //! This crate prints nothing, and starts no processes but those that its caller describes.
@@ -20,7 +21,7 @@
 //! let sweep = Sweep::read(Path::new("sweep.toml"))?;
 //! let options = RunOptions { shard: Shard::default(), jobs: 2, ..RunOptions::new(pliant_host::SearchPath::new(&[])) };
 //! let end = run(sweep, Path::new("out/sweep"), options, &mut |progress| println!("{} done", progress.done))?;
-//! println!("{} edits, {} failed", end.done, end.failed);
+//! println!("{} runs, {} failed", end.done, end.failed);
 //! # Ok(())
 //! # }
 //! ```

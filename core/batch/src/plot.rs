@@ -27,7 +27,7 @@ const MAX_CELLS: usize = 64;
 /// Ratio of the largest to the smallest value from which an axis is logarithmic.
 const LOG_RATIO: f64 = 50.0;
 
-/// Draws columns of a table as SVG. Of several rows with equal coordinates the mean is drawn. Failed edits and rows without a number are left
+/// Draws columns of a table as SVG. Of several rows with equal coordinates the mean is drawn. Failed runs and rows without a number are left
 /// out.
 ///
 /// # Errors

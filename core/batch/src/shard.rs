@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// Shard `number` of `count`: the edits whose index modulo `count` is `number - 1`. Costs that vary along an axis are thus distributed over all
+/// Shard `number` of `count`: the runs whose index modulo `count` is `number - 1`. Costs that vary along an axis are thus distributed over all
 /// shards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shard {
@@ -21,12 +21,12 @@ impl Default for Shard {
 }
 
 impl Shard {
-    /// Indices of its edits in a sweep of `edits`, ascending.
+    /// Indices of its runs in a sweep of `edits`, ascending.
     pub fn edits(self, edits: u64) -> impl Iterator<Item = u64> {
         (self.number - 1..edits).step_by(self.count as usize)
     }
 
-    /// Number of its edits in a sweep of `edits`.
+    /// Number of its runs in a sweep of `edits`.
     pub fn len(self, edits: u64) -> u64 {
         (edits + self.count - self.number) / self.count
     }

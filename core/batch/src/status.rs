@@ -18,19 +18,19 @@ pub struct ShardStatus {
     pub title: String,
     /// Program and version of its results.
     pub program: String,
-    /// Number of its edits.
+    /// Number of its runs.
     pub edits: u64,
-    /// Number of edits with a row.
+    /// Number of runs with a row.
     pub done: u64,
-    /// Number of failed edits by class.
+    /// Number of failed runs by class.
     pub failed: BTreeMap<String, u64>,
-    /// Number of edits that began and have no row.
+    /// Number of runs that began and have no row.
     pub under_way: u64,
-    /// `running`, `finished`, `stopped` before its last edit, or `killed`.
+    /// `running`, `finished`, `stopped` before its last run, or `killed`.
     pub state: &'static str,
     /// The process that runs it or ran it last.
     pub process: String,
-    /// Total time of all edits with a row, s.
+    /// Total time of all runs with a row, s.
     pub edit_seconds: f64,
     /// Time of their steps, s.
     pub step_seconds: f64,

@@ -193,6 +193,6 @@ fn the_shell_launcher_runs_every_shard() {
         command.arg("job.sh").current_dir(bench.path(".")).env("SLURM_ARRAY_TASK_ID", task);
         assert!(command.output().unwrap().status.success());
     }
-    bench.pliant(&["batch", "collect", "out"]).expect(0).says(&["6 of 6 edits, 0 failed"]);
+    bench.pliant(&["batch", "collect", "out"]).expect(0).says(&["6 of 6 runs, 0 failed"]);
     assert_eq!(bench.read("out/results.csv"), bench.read("one/results.csv"));
 }

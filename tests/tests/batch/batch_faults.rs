@@ -177,7 +177,7 @@ fn rows_of_another_version_are_done_again_and_not_mixed() {
     assert_eq!(versions, [3, 3]);
     let end = run_version(&bench, "out", "pliant 9.2", "1/2", true);
     assert_eq!((end.new, end.outdated), (3, 3));
-    bench.pliant(&["batch", "collect", "out"]).expect(0).says(&["6 of 6 edits"]);
+    bench.pliant(&["batch", "collect", "out"]).expect(0).says(&["6 of 6 runs"]);
 }
 
 /// Starts a batch whose first edits hang, so that it holds its shard.

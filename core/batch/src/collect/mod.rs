@@ -66,13 +66,13 @@ struct ShardRows {
     program: String,
 }
 
-/// Rows of all shards, sorted by edit; they are read one by one.
+/// Rows of all shards, sorted by run; they are read one by one.
 pub struct Table {
     /// Columns of the table, in order.
     columns: Vec<Column>,
     /// Tables of the shards.
     shards: Vec<ShardRows>,
-    /// Rows by the index of their edit.
+    /// Rows by the index of their run.
     rows: BTreeMap<u64, TableRow>,
     /// Options of [`collect`].
     options: CollectOptions,
@@ -90,11 +90,11 @@ struct TableRow {
 pub struct Collected {
     /// Rows of all shards, sorted by their index in the sweep.
     pub table: Table,
-    /// Number of edits of the sweep.
+    /// Number of runs of the sweep.
     pub edits: u64,
-    /// Number of rows of failed edits.
+    /// Number of rows of failed runs.
     pub failed: u64,
-    /// Number of missing edits by shard (`I/N`), of shards with missing edits.
+    /// Number of missing runs by shard (`I/N`), of shards with missing runs.
     pub missing: BTreeMap<String, u64>,
 }
 
@@ -173,9 +173,9 @@ fn extra_columns(options: CollectOptions) -> Vec<Column> {
     columns
 }
 
-/// Numbers of missing edits by shard. `counts` are the numbers of shards into which the sweep was divided.
+/// Numbers of missing runs by shard. `counts` are the numbers of shards into which the sweep was divided.
 fn missing_by_shard(table: &Table, open: &OpenRecord, counts: &BTreeSet<u64>) -> BTreeMap<String, u64> {
-    // With several divisions the shard of a missing edit is not known.
+    // With several divisions the shard of a missing run is not known.
     let shards = if counts.len() == 1 { open.shards } else { 1 };
     let mut missing = BTreeMap::new();
     let mut next = 0;
@@ -226,7 +226,7 @@ impl Table {
             let ShardRows { table, path, program } = &mut self.shards[*shard];
             let Some(bytes) = row_bytes(table, row).map_err(BatchError::at(path))? else { continue };
             let mut cells: Map<String, Value> = serde_json::from_slice(&bytes)
-                .map_err(|e| BatchError::Journal { path: path.clone(), reason: format!("edit {}: {e}", row.edit) })?;
+                .map_err(|e| BatchError::Journal { path: path.clone(), reason: format!("run {}: {e}", row.edit) })?;
             if self.options.mixed {
                 cells.insert("program".into(), program.as_str().into());
             }

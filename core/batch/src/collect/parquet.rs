@@ -118,7 +118,7 @@ mod tests {
     use serde_json::{Value, json};
     use std::fs::File;
 
-    /// Rows of a sweep over two stiffnesses, written and read as Parquet; the second edit failed.
+    /// Rows of a sweep over two stiffnesses, written and read as Parquet; the second run failed.
     fn written_and_read() -> RecordBatch {
         let folder = tempfile::tempdir().unwrap();
         let scene = "format = 1\n[[body]]\nname = 'b'\nmaterial = { plugin = 'mass-spring' }\n\

@@ -1,4 +1,4 @@
-//! Edits in child processes, which isolate faulty plugins, excessive memory and calls that do not return.
+//! Runs in child processes, which isolate faulty plugins, excessive memory and calls that do not return.
 
 use super::failure::{Failure, FailureClass};
 use super::run_edit::{EditResult, EditSeconds};
@@ -36,12 +36,12 @@ impl fmt::Debug for Isolation {
 
 /// Interval at which a stop of the run is checked.
 const TICK: Duration = Duration::from_millis(50);
-/// Time between the limit of an edit and the kill of its child, which checks the limit itself after each step.
+/// Time between the limit of a run and the kill of its child, which checks the limit itself after each step.
 const GRACE: Duration = Duration::from_secs(1);
 /// Number of bytes of a child's standard error that are kept, from its end.
 const STDERR_KEPT: usize = 4096;
 
-/// Runs edits in a child process, which is started at the first edit and used again for the next ones.
+/// Executes runs in a child process, which is started at the first run and used again for the next ones.
 pub(super) struct ChildRunner {
     /// How children are started.
     isolation: Isolation,
@@ -51,7 +51,7 @@ pub(super) struct ChildRunner {
 
 /// A child and its pipes.
 struct RunningChild {
-    /// Process that runs the edits.
+    /// Process that executes the runs.
     child: Child,
     /// Its standard input.
     input: ChildStdin,
@@ -67,7 +67,7 @@ impl ChildRunner {
         Self { isolation, running: None }
     }
 
-    /// Runs an edit; `None` if `stop` returned true before its end. `on_open` gets its estimated memory once it is open, bytes.
+    /// Executes a run; `None` if `stop` returned true before its end. `on_open` gets its estimated memory once it is open, bytes.
     ///
     /// # Errors
     /// Fails for a child that cannot be started, cannot write a mesh or reads a changed sweep.
@@ -126,10 +126,10 @@ impl ChildRunner {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command
             .spawn()
-            .map_err(|e| BatchError::Input(format!("a child process for isolated edits cannot be started: {e}")))?;
+            .map_err(|e| BatchError::Input(format!("a child process for isolated runs cannot be started: {e}")))?;
         let (input, output, error) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
         let (Some(input), Some(output), Some(error)) = (input, output, error) else {
-            return Err(BatchError::Input("a child process for isolated edits has no pipes".into()));
+            return Err(BatchError::Input("a child process for isolated runs has no pipes".into()));
         };
         let (sender, lines) = channel();
         let read_lines = move || {
@@ -166,7 +166,7 @@ impl RunningChild {
         let _ = self.child.wait();
     }
 
-    /// The failure of an edit in whose middle the child ended.
+    /// The failure of a run during which the child ended.
     fn end(mut self, sweep: &Sweep) -> Failure {
         drop(self.input);
         let status = self.child.wait();

@@ -1,4 +1,4 @@
-//! Failures of edits, by class.
+//! Failures of runs, by class.
 
 use pliant_engine::session::{EventKind, Session, SessionError};
 use serde::{Deserialize, Serialize};
@@ -21,11 +21,11 @@ pub enum FailureClass {
     Plugin,
     /// A device was lost.
     DeviceLost,
-    /// The edit exceeded its time limit.
+    /// The run exceeded its time limit.
     TimeLimit,
-    /// The edit exceeded its memory limit, or is estimated to need more.
+    /// The run exceeded its memory limit, or is estimated to need more.
     MemoryLimit,
-    /// The program or its child process ended in the middle of the edit.
+    /// The program or its child process ended in the middle of the run.
     Crash,
 }
 
@@ -57,7 +57,7 @@ impl fmt::Display for FailureClass {
     }
 }
 
-/// The failure of an edit.
+/// The failure of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
     /// Class of the failure.
@@ -72,19 +72,19 @@ impl Failure {
         Self { class, message: message.to_string() }
     }
 
-    /// The failure of an edit in which the program panicked.
+    /// The failure of a run in which the program panicked.
     pub(crate) fn of_panic(panic: &(dyn Any + Send)) -> Self {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
         Self::new(FailureClass::Crash, format!("the program panicked: {text}"))
     }
 
-    /// The failure of an edit that exceeded its time limit (s).
+    /// The failure of a run that exceeded its time limit (s).
     pub(super) fn time_limit(limit: f64) -> Self {
         Self::new(FailureClass::TimeLimit, format!("took longer than the {limit} s it may"))
     }
 
-    /// The failure of an edit whose session cannot be opened.
+    /// The failure of a run whose session cannot be opened.
     pub(crate) fn of_opening(error: &SessionError) -> Self {
         let class = match error {
             SessionError::StepLimit(_) => FailureClass::StepLimit,

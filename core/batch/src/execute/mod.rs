@@ -1,4 +1,4 @@
-//! Execution of the edits of a shard.
+//! Execution of the runs of a shard.
 
 mod admission;
 mod child;

@@ -1,4 +1,4 @@
-//! Options, progress and result of a run.
+//! Options, progress and result of a batch.
 
 use super::admission::processors;
 use super::child::Isolation;
@@ -18,21 +18,21 @@ pub struct RunOptions {
     pub program: String,
     /// The part of the sweep to run.
     pub shard: Shard,
-    /// Number of parallel edits; 0 for the number of processors.
+    /// Number of parallel runs; 0 for the number of processors.
     pub jobs: usize,
-    /// Whether more edits than processors, or than fit into memory, run at a time if asked for.
+    /// Whether more runs than processors, or than fit into memory, are concurrent if asked for.
     pub oversubscribe: bool,
-    /// Largest memory of all parallel edits, and of each if the sweep has no limit for it.
+    /// Largest memory of all parallel runs, and of each if the sweep has no limit for it.
     pub memory: MemoryBudget,
     /// Whether a shard that has rows is completed; otherwise it is refused.
     pub resume: bool,
-    /// Whether failed edits are run again.
+    /// Whether failed runs are repeated.
     pub retry_failed: bool,
-    /// Whether every edit runs in a child process.
+    /// Whether every run has a child process.
     pub isolate: bool,
     /// How child processes are started; `None` allows no isolation.
     pub isolation: Option<Isolation>,
-    /// Set it to stop the run: running edits then end without a row.
+    /// Set it to stop the batch: runs in progress then end without a row.
     pub stop: Arc<AtomicBool>,
 }
 
@@ -54,12 +54,12 @@ impl RunOptions {
         }
     }
 
-    /// Number of parallel edits that is asked for.
+    /// Number of parallel runs that is asked for.
     pub(super) fn jobs_asked(&self) -> usize {
         if self.jobs == 0 { processors() } else { self.jobs }
     }
 
-    /// Largest number of parallel edits: what is asked for, and without [`RunOptions::oversubscribe`] at most the number of processors.
+    /// Largest number of parallel runs: what is asked for, and without [`RunOptions::oversubscribe`] at most the number of processors.
     pub(crate) fn jobs(&self) -> usize {
         if self.oversubscribe { self.jobs_asked() } else { self.jobs_asked().min(processors()) }
     }
@@ -68,62 +68,62 @@ impl RunOptions {
 /// Progress of a shard.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// Number of edits of the shard.
+    /// Number of runs of the shard.
     pub edits: u64,
-    /// Number of edits with a row, including failed ones and those of earlier runs.
+    /// Number of runs with a row, including failed ones and those of earlier batches.
     pub done: u64,
-    /// Number of failed edits.
+    /// Number of failed runs.
     pub failed: u64,
-    /// Number of edits completed in this run.
+    /// Number of runs completed in this batch.
     pub new: u64,
-    /// Time since this run began, s.
+    /// Time since this batch began, s.
     pub elapsed: f64,
 }
 
 impl Progress {
-    /// Edits completed per second in this run.
+    /// Runs completed per second in this batch.
     pub fn rate(&self) -> f64 {
         if self.elapsed > 0.0 { self.new as f64 / self.elapsed } else { 0.0 }
     }
 
-    /// Estimated time to the end at the current rate, s; `None` before the first edit is complete.
+    /// Estimated time to the end at the current rate, s; `None` before the first run is complete.
     pub fn seconds_left(&self) -> Option<f64> {
         (self.new > 0).then(|| (self.edits - self.done) as f64 / self.rate())
     }
 }
 
-/// Result of a run of a shard.
+/// Result of a batch: the execution of a shard.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct BatchSummary {
-    /// Number of edits of the shard.
+    /// Number of runs of the shard.
     pub edits: u64,
-    /// Number of edits with a row.
+    /// Number of runs with a row.
     pub done: u64,
-    /// Number of failed edits.
+    /// Number of failed runs.
     pub failed: u64,
-    /// Number of edits completed by this run.
+    /// Number of runs completed by this batch.
     pub new: u64,
     /// Number of rows from before that are invalid because their scene, a file of it or the program has changed.
     pub outdated: u64,
-    /// Whether the run was stopped before the last edit.
+    /// Whether the batch was stopped before the last run.
     pub stopped: bool,
     /// Number of threads that were abandoned in a plugin call that did not return.
     pub abandoned: usize,
-    /// Wall-clock time of the run, s.
+    /// Wall-clock time of the batch, s.
     pub elapsed: f64,
-    /// Time of the steps of all edits of this run, s.
+    /// Time of the steps of all runs of this batch, s.
     pub step_seconds: f64,
-    /// Total time of all edits of this run, s.
+    /// Total time of all runs of this batch, s.
     pub edit_seconds: f64,
-    /// Number of parallel edits that was asked for; that of the processors where none was.
+    /// Number of parallel runs that was asked for; that of the processors where none was.
     pub jobs_asked: usize,
-    /// Number of parallel edits.
+    /// Number of parallel runs.
     pub jobs: usize,
-    /// Number of processors, if no more edits run at a time for want of more; `None` if that is not less than what was asked for.
+    /// Number of processors, if it limits the number of concurrent runs; `None` if it is not less than the number asked for.
     pub jobs_on_processors: Option<usize>,
-    /// Fewest edits at a time beyond which one waited for memory; `None` if none did.
+    /// Smallest limit at which a run waited for memory; `None` if none did.
     pub jobs_in_memory: Option<usize>,
-    /// Memory of an edit: the sweep's limit, or the largest estimate so far, bytes.
+    /// Memory per run: the sweep's limit, or the largest estimate so far, bytes.
     pub edit_memory: u64,
     /// Number of further workers for which the system gave no thread.
     pub refused: usize,

@@ -1,7 +1,7 @@
-//! Worker threads that run the edits of a queue, and their supervision.
+//! Worker threads that execute the runs of a queue, and their supervision.
 //!
-//! A worker records the start of its edit and writes the row itself, under the lock of the queue. The calling thread flushes the files, reports
-//! the progress, and abandons workers in a plugin call that does not return: such a thread cannot be ended, so its edit counts as failed and a
+//! A worker records the start of its run and writes the row itself, under the lock of the queue. The calling thread flushes the files, reports
+//! the progress, and abandons workers in a plugin call that does not return: such a thread cannot be ended, so its run counts as failed and a
 //! new thread replaces it.
 
 use super::admission::Admission;
@@ -27,15 +27,15 @@ use std::time::{Duration, Instant};
 /// Interval of supervision, and largest delay until a row is flushed. With a shorter one a network file system would have more flushes than
 /// rows.
 const TICK: Duration = Duration::from_millis(250);
-/// Time after its limit at which the thread of an edit is abandoned: the limit is checked between steps alone.
+/// Time after its limit at which the thread of a run is abandoned: the limit is checked between steps alone.
 const GRACE: Duration = Duration::from_secs(2);
-/// Time for running edits to end after the run is stopped.
+/// Time for active runs to end after the batch is stopped.
 const STOP_GRACE: Duration = Duration::from_secs(5);
 
-/// An edit to be run.
+/// A run that waits.
 #[derive(Clone, Copy)]
 struct Task {
-    /// Index of the edit.
+    /// Index of the run.
     edit: u64,
     /// Attempts before this one.
     attempts: u32,
@@ -43,9 +43,9 @@ struct Task {
     isolated: bool,
 }
 
-/// A running edit.
+/// An active run.
 struct Running {
-    /// The edit and its number of attempts.
+    /// The run and its number of attempts.
     task: Task,
     /// Its key, once it is known.
     key: Option<EditKey>,
@@ -55,39 +55,39 @@ struct Running {
 
 /// Shared state of the workers, under one lock.
 struct State {
-    /// Edits to be run.
+    /// Runs that wait.
     queue: VecDeque<Task>,
-    /// Holds edits back for which there is no memory.
+    /// Holds runs back for which there is no memory.
     admission: Admission,
-    /// Running edits by the number of their worker.
+    /// Active runs by the number of their worker.
     running: HashMap<usize, Running>,
     /// Journal and table.
     files: ShardFiles,
     /// Progress of the shard.
     progress: Progress,
-    /// Time of the steps of all edits so far, s.
+    /// Time of the steps of all runs so far, s.
     step_seconds: f64,
-    /// Total time of all edits so far, s.
+    /// Total time of all runs so far, s.
     edit_seconds: f64,
-    /// The first error; it ends the run.
+    /// The first error; it ends the batch.
     error: Option<BatchError>,
 }
 
 /// Shared data of the workers.
 struct Shared {
-    /// Sweep whose edits are run.
+    /// Sweep whose runs are executed.
     sweep: Arc<Sweep>,
-    /// Computes the key of each edit from its scene and files.
+    /// Computes the key of each run from its scene and files.
     keys: KeyMaker,
     /// Meshes that are kept.
     meshes: MeshStore,
-    /// Models and grids that several edits use.
+    /// Models and grids that several runs use.
     parts: SharedParts,
-    /// Options of the run.
+    /// Options of the batch.
     options: RunOptions,
     /// State that changes.
     state: Mutex<State>,
-    /// Notified when the queue or the running edits change.
+    /// Notified when the queue or the active runs change.
     changed: Condvar,
 }
 
@@ -97,7 +97,7 @@ impl Shared {
         self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
-    /// Whether the run is stopped.
+    /// Whether the batch is stopped.
     fn stopped(&self) -> bool {
         self.options.stop.load(Ordering::Relaxed)
     }
@@ -109,7 +109,7 @@ pub(super) struct Pool {
     shared: Arc<Shared>,
     /// Flushes the files.
     syncer: Syncer,
-    /// Time at which the run began.
+    /// Time at which the batch began.
     began: Instant,
     /// Number of rows from before that are invalid.
     outdated: u64,
@@ -122,7 +122,7 @@ pub(super) struct Pool {
 }
 
 impl Pool {
-    /// A pool for the missing edits of a shard, without workers.
+    /// A pool for the missing runs of a shard, without workers.
     pub(super) fn new(
         sweep: Arc<Sweep>,
         keys: KeyMaker,
@@ -132,7 +132,7 @@ impl Pool {
         resumed: ResumeState,
     ) -> Result<Self, BatchError> {
         let isolated = options.isolate || sweep.limits.memory.is_some();
-        // An edit that was running when a process was killed may have caused it.
+        // A run that was active when a process was killed may have caused it.
         let is_suspect = |attempts: u32| attempts > 0 && options.isolation.is_some();
         let task = |missing: MissingEdit| Task {
             edit: missing.index,
@@ -177,7 +177,7 @@ impl Pool {
         })
     }
 
-    /// Runs all edits.
+    /// Executes all runs.
     pub(super) fn run(mut self, progress: &mut dyn FnMut(Progress)) -> Result<BatchSummary, BatchError> {
         let jobs = self.shared.options.jobs();
         let wanted = jobs.min(self.shared.lock().queue.len());
@@ -274,7 +274,7 @@ impl Pool {
         }
     }
 
-    /// Abandons workers whose edit exceeds its time limit by [`GRACE`]: the edit counts as failed, and a new worker replaces them.
+    /// Abandons workers whose run exceeds its time limit by [`GRACE`]: the run counts as failed, and a new worker replaces them.
     fn abandon_hanging(&mut self) -> Result<(), BatchError> {
         let Some(limit) = self.shared.sweep.limits.seconds else { return Ok(()) };
         let deadline = Duration::from_secs_f64(limit) + GRACE;
@@ -299,7 +299,7 @@ impl Pool {
 }
 
 impl State {
-    /// Takes the next edit from the queue; `None` if there is none, or no memory for it yet.
+    /// Takes the next run from the queue; `None` if there is none, or no memory for it yet.
     fn next_task(&mut self) -> Option<Task> {
         let elapsed = self.running.values().map(|running| running.began.elapsed()).max().unwrap_or_default();
         let is_admitted = !self.queue.is_empty() && self.admission.try_admit(self.running.len(), elapsed);
@@ -308,7 +308,7 @@ impl State {
 }
 
 impl Shared {
-    /// Writes the row of an edit, or returns it to the queue for a retry.
+    /// Writes the row of a run, or returns it to the queue for a retry.
     fn end_edit(&self, state: &mut State, task: Task, key: EditKey, result: EditResult) {
         let failed = result.failure.as_ref().map(|failure| failure.class);
         state.step_seconds += result.seconds.steps;
@@ -331,7 +331,7 @@ impl Shared {
         self.changed.notify_all();
     }
 
-    /// The row of an edit.
+    /// The row of a run.
     fn row(&self, edit: u64, key: &EditKey, result: &EditResult) -> String {
         let mut cells = vec![Value::from(edit), Value::from(key.to_string())];
         cells.extend(self.sweep.edit(edit).cells);
@@ -347,18 +347,18 @@ impl Shared {
     }
 }
 
-/// A thread that runs edits.
+/// A thread that executes runs.
 struct Worker {
-    /// Number of the worker, the key of its edit in [`State::running`].
+    /// Number of the worker, the key of its run in [`State::running`].
     number: usize,
     /// Data of all workers.
     shared: Arc<Shared>,
-    /// The child process of its isolated edits.
+    /// The child process of its isolated runs.
     child: Option<ChildRunner>,
 }
 
 impl Worker {
-    /// Runs edits until there are none left.
+    /// Executes runs until there are none left.
     fn work(mut self) {
         while let Some(task) = self.take() {
             let began = Instant::now();
@@ -370,7 +370,7 @@ impl Worker {
             }
             let result = self.run(task, resolved, began);
             let mut state = shared.lock();
-            // An abandoned edit has a row already.
+            // An abandoned run has a row already.
             if state.running.remove(&self.number).is_none() {
                 return;
             }
@@ -385,7 +385,7 @@ impl Worker {
         }
     }
 
-    /// Takes the next edit and records its start; `None` if there is none left or the run ends.
+    /// Takes the next run and records its start; `None` if there is none left or the batch ends.
     fn take(&self) -> Option<Task> {
         let shared = &*self.shared;
         let mut state = shared.lock();
@@ -401,7 +401,7 @@ impl Worker {
                 state.running.insert(self.number, Running { task, key: None, began: Instant::now() });
                 return Some(task);
             }
-            // Running edits may return to the queue for a retry.
+            // Active runs may return to the queue for a retry.
             if state.running.is_empty() {
                 return None;
             }
@@ -410,7 +410,7 @@ impl Worker {
         }
     }
 
-    /// Runs an edit in this process or in a child; `None` if the run was stopped.
+    /// Executes a run in this process or in a child; `None` if the batch was stopped.
     fn run(&mut self, task: Task, resolved: Resolved, began: Instant) -> Result<Option<EditResult>, BatchError> {
         let shared = &*self.shared;
         let stop = || shared.stopped();

@@ -12,27 +12,27 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// An edit without a row.
+/// A run without a row.
 pub(super) struct MissingEdit {
-    /// Index of the edit.
+    /// Index of the run.
     pub(super) index: u64,
     /// Number of attempts by a process that was killed.
     pub(super) attempts: u32,
 }
 
-/// State of a shard when it is resumed: its missing edits, and the numbers of its rows.
+/// State of a shard when it is resumed: its missing runs, and the numbers of its rows.
 pub(super) struct ResumeState {
-    /// Edits without a row, by ascending index.
+    /// Runs without a row, by ascending index.
     pub(super) edits: Vec<MissingEdit>,
-    /// Number of edits with a row.
+    /// Number of runs with a row.
     pub(super) done: u64,
-    /// Number of edits whose row is one of a failure.
+    /// Number of runs whose row is one of a failure.
     pub(super) failed: u64,
     /// Number of invalid rows.
     pub(super) outdated: u64,
 }
 
-/// Compares the rows of a shard with the current sweep. Rows of unchanged edits are valid; those whose edit has another index now are written
+/// Compares the rows of a shard with the current sweep. Rows of unchanged runs are valid; those whose run has another index now are written
 /// again with it; all others are invalid.
 pub(super) fn compare_with_sweep(
     sweep: &Sweep,
@@ -78,7 +78,7 @@ pub(super) fn compare_with_sweep(
     Ok(resumed)
 }
 
-/// Keys of the edits with these indices, computed by `jobs` threads.
+/// Keys of the runs with these indices, computed by `jobs` threads.
 fn keys_of(sweep: &Sweep, keys: &KeyMaker, indices: &[u64], jobs: usize) -> BTreeMap<u64, EditKey> {
     let (next, found) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
     let worker = || {
@@ -96,7 +96,7 @@ fn keys_of(sweep: &Sweep, keys: &KeyMaker, indices: &[u64], jobs: usize) -> BTre
     found.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Writes a row again with the current index of its edit.
+/// Writes a row again with the current index of its run.
 fn move_row(sweep: &Sweep, index: u64, row: &RowRecord, files: &mut ShardFiles) -> Result<(), BatchError> {
     let Some(bytes) = files.row(row)? else { return Ok(()) };
     let old: Map<String, Value> = serde_json::from_slice(&bytes).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Execution of one edit, from its scene to the cells of its row, on one thread.
+//! Execution of one run, from its scene to the cells of its row, on one thread.
 
 use super::failure::{Failure, FailureClass};
 use super::measure::{TraceKeeper, summary_cells};
@@ -19,25 +19,25 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The result of an edit.
+/// The result of a run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EditResult {
-    /// The failure, if the edit failed.
+    /// The failure, if the run failed.
     pub failure: Option<Failure>,
-    /// Cells of the summary, the probes, the trace and the mesh; empty if the edit did not get that far.
+    /// Cells of the summary, the probes, the trace and the mesh; empty if the run did not get that far.
     pub cells: Vec<Value>,
     /// Times of its phases.
     pub seconds: EditSeconds,
 }
 
 impl EditResult {
-    /// The result of a failed edit, with empty cells.
+    /// The result of a failed run, with empty cells.
     pub(crate) fn failed(failure: Failure, sweep: &Sweep, seconds: EditSeconds) -> Self {
         Self { failure: Some(failure), cells: vec![Value::Null; sweep.result_columns().len()], seconds }
     }
 }
 
-/// Wall-clock times of the phases of an edit.
+/// Wall-clock times of the phases of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EditSeconds {
     /// Time of reading the scene and opening the session, s.
@@ -48,7 +48,7 @@ pub struct EditSeconds {
     pub all: f64,
 }
 
-/// An edit whose session is open.
+/// A run whose session is open.
 pub(crate) struct OpenedEdit<'r> {
     /// Session at its start.
     pub(crate) session: Session,
@@ -58,30 +58,30 @@ pub(crate) struct OpenedEdit<'r> {
     source: &'r Source,
 }
 
-/// Runs edits in this process.
+/// Executes runs in this process.
 pub(crate) struct EditRunner<'a> {
-    /// Sweep that the edits are of.
+    /// Sweep of the runs.
     sweep: &'a Sweep,
     /// Folders in which plugins are searched.
     search: &'a SearchPath,
     /// Meshes that are kept.
     meshes: &'a MeshStore,
-    /// Models and grids that several edits use.
+    /// Models and grids that several runs use.
     parts: &'a SharedParts,
-    /// Memory that an edit may take if the sweep has no limit for it.
+    /// Memory that a run may take if the sweep has no limit for it.
     memory: MemoryBudget,
-    /// Gets the estimated memory of each edit once it is open, bytes.
+    /// Gets the estimated memory of each run once it is open, bytes.
     on_open: &'a dyn Fn(u64),
     /// Interrupts the current step.
     cancel: CancelToken,
 }
 
-/// Number of models that are kept for the next edits. Parallel edits have few different models, as neighbours in a sweep mostly have the same.
+/// Number of models that are kept for the next runs. Parallel runs have few different models, as neighbours in a sweep mostly have the same.
 pub(crate) const MODELS_KEPT: usize = 8;
 
 impl<'a> EditRunner<'a> {
-    /// A runner of the edits of a sweep, with the search path, the memory and the stop of `options`. `on_open` gets the estimated memory of
-    /// each edit once it is open, bytes.
+    /// A runner for a sweep, with the search path, the memory and the stop of `options`. `on_open` gets the estimated memory of
+    /// each run once it is open, bytes.
     pub(crate) fn new(
         sweep: &'a Sweep,
         options: &'a RunOptions,
@@ -93,7 +93,7 @@ impl<'a> EditRunner<'a> {
         Self { sweep, search: &options.search, meshes, parts, memory: options.memory, on_open, cancel }
     }
 
-    /// Runs an edit; `None` if `stop` returned true before its end. A panic is a failure of the edit.
+    /// Executes a run; `None` if `stop` returned true before its end. A panic is a failure of the run.
     ///
     /// # Errors
     /// Fails for a mesh that cannot be written.
@@ -165,7 +165,7 @@ impl<'a> EditRunner<'a> {
         Ok(Some(EditResult { failure: Failure::of_session(&session), cells, seconds }))
     }
 
-    /// Opens the session of an edit.
+    /// Opens the session of a run.
     pub(crate) fn open<'r>(&self, resolved: &'r Resolved) -> Result<OpenedEdit<'r>, Failure> {
         let (scene, source) = resolved.scene.as_ref().map_err(|e| Failure::new(FailureClass::Scene, e))?;
         let plan = Plan::new(scene, source).map_err(|e| Failure::new(FailureClass::Scene, e))?;

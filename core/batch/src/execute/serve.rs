@@ -1,4 +1,4 @@
-//! The child process of [`Isolation`](super::Isolation), which runs edits one after another.
+//! The child process of [`Isolation`](super::Isolation), which executes runs one after another.
 
 use super::options::RunOptions;
 use super::run_edit::{EditResult, EditRunner, MODELS_KEPT};
@@ -18,26 +18,26 @@ use std::time::Instant;
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Line {
-    /// The edit is open.
+    /// The run is open.
     Opened {
         /// Its estimated memory, bytes.
         memory: u64,
     },
-    /// The edit has ended.
+    /// The run has ended.
     Ended(Reply),
 }
 
 /// The reply of a child.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Reply {
-    /// Key of the edit.
+    /// Key of the run.
     key: EditKey,
-    /// The result of the edit, or an error that ends the batch.
+    /// The result of the run, or an error that ends the batch.
     result: Result<EditResult, String>,
 }
 
 impl Reply {
-    /// The result of the edit with this key.
+    /// The result of the run with this key.
     ///
     /// # Errors
     /// Fails for another key, as the sweep has changed, and with the error of the child.
@@ -50,7 +50,7 @@ impl Reply {
     }
 }
 
-/// Reads indices of edits from `input`, one on each line, runs the edits and writes replies to `output`, until `input` ends. Meshes are stored in
+/// Reads indices of runs from `input`, one on each line, executes the runs and writes replies to `output`, until `input` ends. Meshes are stored in
 /// the batch `folder`.
 ///
 /// # Errors
@@ -67,7 +67,7 @@ pub fn serve(
         let mut output = output.borrow_mut();
         writeln!(output, "{}", serde_json::to_string(line)?).and_then(|()| output.flush())
     };
-    // A parent that has gone away is met again at the end of the edit.
+    // A parent that has ended is noticed at the end of the run.
     let on_open = |memory: u64| _ = write(&Line::Opened { memory });
     let keys = KeyMaker::new(&options.program, &options.search);
     let meshes = MeshStore::new(folder);
@@ -76,7 +76,7 @@ pub fn serve(
     for line in input.lines() {
         let line = line?;
         let index = line.trim().parse().ok().filter(|index| *index < sweep.edits());
-        let index = index.ok_or_else(|| io::Error::other(format!("`{line}` is not an edit of the sweep")))?;
+        let index = index.ok_or_else(|| io::Error::other(format!("`{line}` is not a run of the sweep")))?;
         let began = Instant::now();
         let resolved = Resolved::new(sweep, index, &keys);
         let result = runner.run(&resolved, began, &|| false);

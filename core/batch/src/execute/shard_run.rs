@@ -10,10 +10,10 @@ use crate::sweep::Sweep;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Runs the edits of a shard that have no row yet, and appends a row for each to the shard's files in `folder`. `progress` is called several
+/// Executes the runs of a shard that have no row yet, and appends a row for each to the shard's files in `folder`. `progress` is called several
 /// times a second.
 ///
-/// The row of a failed edit has the reason. A run that is stopped, is killed or fails keeps its rows; a run with [`RunOptions::resume`] completes
+/// The row of a failed run has the reason. A batch that is stopped, is killed or fails keeps its rows; a batch with [`RunOptions::resume`] completes
 /// it.
 ///
 /// # Errors
@@ -26,7 +26,7 @@ pub fn run(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<BatchSummary, BatchError> {
     if (options.isolate || sweep.limits.memory.is_some()) && options.isolation.is_none() {
-        let text = "edits with a limit of memory run in child processes, and the caller starts none";
+        let text = "runs with a limit of memory need child processes, and the caller starts none";
         return Err(BatchError::Input(text.into()));
     }
     let (mut files, state) = ShardFiles::open(folder, options.shard, options.resume)?;

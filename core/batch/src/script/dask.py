@@ -18,7 +18,7 @@ COMMAND = [@PROGRAM@, @OPTIONS@"batch", @SWEEP@, "--out", @OUT@, "--jobs", str(J
 
 
 def run_shard(number):
-    """Runs one shard to its end; 1 means that some edits failed, which is in their rows."""
+    """Runs one shard to its end; 1 means that some runs failed, which is in their rows."""
     code = subprocess.run([*COMMAND, "--shard", f"{number}/{SHARDS}", "--quiet"]).returncode
     if code not in (0, 1):
         raise RuntimeError(f"shard {number}/{SHARDS} ended with code {code}")

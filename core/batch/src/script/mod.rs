@@ -49,7 +49,7 @@ pub struct Launch {
     pub out: PathBuf,
     /// Number of shards.
     pub shards: u64,
-    /// Number of parallel edits of each shard.
+    /// Number of parallel runs of each shard.
     pub jobs: usize,
 }
 

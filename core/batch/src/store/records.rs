@@ -12,18 +12,18 @@ use serde::{Deserialize, Serialize};
 pub(crate) enum Record {
     /// A process opened the shard.
     Open(OpenRecord),
-    /// An edit began.
+    /// A run began.
     Begin {
-        /// Index of the edit.
+        /// Index of the run.
         edit: u64,
         /// Number of the attempt, from 1.
         attempt: u32,
     },
-    /// The row of an edit was written to the table. It replaces an older one.
+    /// The row of a run was written to the table. It replaces an older one.
     Row(RowRecord),
-    /// The row of an edit is invalid: its scene, a file of it or the program has changed.
+    /// The row of a run is invalid: its scene, a file of it or the program has changed.
     Drop {
-        /// Index of the edit.
+        /// Index of the run.
         edit: u64,
     },
     /// The process has closed the shard.
@@ -45,7 +45,7 @@ pub(crate) struct OpenRecord {
     pub(crate) shard: u64,
     /// Number of shards.
     pub(crate) shards: u64,
-    /// Number of edits of the whole sweep.
+    /// Number of runs of the whole sweep.
     pub(crate) edits: u64,
     /// Columns of the table.
     pub(crate) columns: Vec<Column>,
@@ -62,12 +62,12 @@ impl OpenRecord {
     }
 }
 
-/// The row of an edit in the table.
+/// The row of a run in the table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RowRecord {
-    /// Index of the edit.
+    /// Index of the run.
     pub(crate) edit: u64,
-    /// Key of the edit.
+    /// Key of the run.
     pub(crate) key: EditKey,
     /// Start of the row in the table, bytes.
     pub(crate) at: u64,
@@ -75,7 +75,7 @@ pub(crate) struct RowRecord {
     pub(crate) length: u64,
     /// CRC-32 of the row.
     pub(crate) crc: u32,
-    /// Class of the failure, if the edit failed.
+    /// Class of the failure, if the run failed.
     pub(crate) failed: Option<FailureClass>,
     /// Number of attempts.
     pub(crate) attempts: u32,
@@ -86,7 +86,7 @@ pub(crate) struct RowRecord {
 /// The process has closed the shard.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct CloseRecord {
-    /// Whether the run was stopped before the last edit.
+    /// Whether the batch was stopped before the last run.
     pub(crate) stopped: bool,
     /// Time, s since 1970.
     pub(crate) time: f64,

@@ -47,7 +47,7 @@ impl AppendFile {
 
 /// The files of a shard, locked by this process.
 pub(crate) struct ShardFiles {
-    /// Records of edits that began and of rows that ended.
+    /// Records of runs that began and of rows that ended.
     journal: AppendFile,
     /// Rows of the results.
     table: AppendFile,
@@ -55,13 +55,13 @@ pub(crate) struct ShardFiles {
 
 /// A row to be written.
 pub(crate) struct NewRow<'a> {
-    /// Index of the edit.
+    /// Index of the run.
     pub(crate) edit: u64,
-    /// Key of the edit.
+    /// Key of the run.
     pub(crate) key: EditKey,
     /// The row, one line without its line break.
     pub(crate) text: &'a str,
-    /// Class of the failure, if the edit failed.
+    /// Class of the failure, if the run failed.
     pub(crate) failed: Option<FailureClass>,
     /// Number of attempts.
     pub(crate) attempts: u32,
@@ -87,7 +87,7 @@ impl ShardFiles {
         match try_lock(&journal.file) {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(locked(&mut journal, shard)),
-            // Without locks two processes may run the shard; of two rows of an edit the last one is valid.
+            // Without locks two processes may run the shard; of two rows of a run the last one is valid.
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(BatchError::io(&journal.path, error)),
         }
@@ -137,7 +137,7 @@ impl ShardFiles {
         }))
     }
 
-    /// Records that an edit begins.
+    /// Records that a run begins.
     pub(crate) fn begin_edit(&mut self, edit: u64, attempt: u32) -> Result<(), BatchError> {
         self.record(&Record::Begin { edit, attempt })
     }
@@ -153,7 +153,7 @@ impl ShardFiles {
         self.record(&Record::Row(RowRecord { edit, key, at, length, crc, failed, attempts, seconds }))
     }
 
-    /// Records that the row of an edit is invalid.
+    /// Records that the row of a run is invalid.
     pub(crate) fn drop_row(&mut self, edit: u64) -> Result<(), BatchError> {
         self.record(&Record::Drop { edit })
     }

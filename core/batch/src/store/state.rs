@@ -16,9 +16,9 @@ pub(super) const FORMAT: u32 = 1;
 pub(crate) struct ShardState {
     /// Record of the last process that opened it; `None` for an empty journal.
     pub(crate) opened: Option<OpenRecord>,
-    /// Valid rows by the index of their edit.
+    /// Valid rows by the index of their run.
     pub(crate) rows: BTreeMap<u64, RowRecord>,
-    /// Edits that began and have no row since, with their numbers of attempts.
+    /// Runs that began and have no row since, with their numbers of attempts.
     pub(crate) under_way: BTreeMap<u64, u32>,
     /// Record of the end of the last process; `None` while it runs, or if it was killed.
     pub(crate) closed: Option<CloseRecord>,

@@ -1,4 +1,4 @@
-//! Columns of the table of a sweep, determined before any edit runs.
+//! Columns of the table of a sweep, determined before any run.
 
 use super::Sweep;
 use crate::column::{Column, ColumnType};
@@ -8,7 +8,7 @@ use pliant_engine::scene::{Scene, SceneError, Source, load_text};
 use pliant_record::{TracedTool, trace_columns};
 use std::collections::BTreeMap;
 
-/// Columns of the outcome of an edit.
+/// Columns of the outcome of a run.
 pub(super) const OUTCOME: [&str; 3] = ["status", "class", "message"];
 
 /// Sets the columns of a sweep.
@@ -68,15 +68,15 @@ fn given(sweep: &Sweep) -> Vec<Column> {
     columns
 }
 
-/// A base scene with the settings of an edit, and its plan.
+/// A base scene with the settings of a run, and its plan.
 struct Planned {
-    /// Scene with the settings of the edit.
+    /// Scene with the settings of the run.
     scene: Scene,
     /// Plan of that scene.
     plan: Plan,
 }
 
-/// Plans of all base scenes, each with the settings of its first edit, or of its last if the first is invalid. A single invalid edit is a row
+/// Plans of all base scenes, each with the settings of its first run, or of its last if the first is invalid. A single invalid run is a row
 /// of the table, so it is no error here.
 fn plans(sweep: &Sweep) -> Result<Vec<Planned>, SceneError> {
     let per_scene = sweep.edits / sweep.scenes.len() as u64;

@@ -18,16 +18,16 @@ pub(super) struct SweepFile {
     /// Models that replace the first body's in turn: files or patterns with `*`, `?` and `**`.
     #[serde(default)]
     pub(super) models: Option<Spanned<OneOrMany>>,
-    /// Settings of every edit, by their path in the scene.
+    /// Settings of every run, by their path in the scene.
     #[serde(default)]
     pub(super) set: BTreeMap<String, toml::Value>,
-    /// Axes; edits are their product, the last one varies fastest.
+    /// Axes; runs are their product, the last one varies fastest.
     #[serde(default)]
     pub(super) axis: Vec<Spanned<AxisFile>>,
-    /// Results of an edit that are kept.
+    /// Results of a run that are kept.
     #[serde(default)]
     pub(super) keep: KeepFile,
-    /// Limits of an edit.
+    /// Limits of a run.
     #[serde(default)]
     pub(super) limits: LimitsFile,
 }
@@ -68,7 +68,7 @@ pub(super) struct AxisFile {
     pub(super) zip: Option<Vec<Spanned<ParameterFile>>>,
     /// Random samples of several parameters.
     pub(super) sample: Option<SampleFile>,
-    /// Number of repetitions of each edit, and the path of their seed.
+    /// Number of repetitions of each run, and the path of their seed.
     pub(super) repeat: Option<RepeatFile>,
 }
 
@@ -145,7 +145,7 @@ pub(super) struct SampledFile {
     pub(super) integer: bool,
 }
 
-/// Repetitions of an edit, each with a seed if a path is given.
+/// Repetitions of a run, each with a seed if a path is given.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct RepeatFile {
@@ -158,7 +158,7 @@ pub(super) struct RepeatFile {
     pub(super) seed: u64,
 }
 
-/// Results of an edit that are kept.
+/// Results of a run that are kept.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub(super) struct KeepFile {
@@ -186,14 +186,14 @@ impl Default for KeepFile {
     }
 }
 
-/// Limits of an edit.
+/// Limits of a run.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub(super) struct LimitsFile {
     /// Wall-clock time: a number of seconds, or a text such as `"2 ms"`.
     pub(super) seconds: Option<Spanned<toml::Value>>,
-    /// Memory, as `"2 GB"`; edits then run in child processes.
+    /// Memory, as `"2 GB"`; each run then has a child process.
     pub(super) memory: Option<Spanned<String>>,
-    /// Number of retries of an edit that exceeded its time or memory, or whose plugin failed.
+    /// Number of retries of a run that exceeded its time or memory, or whose plugin failed.
     pub(super) retries: u32,
 }

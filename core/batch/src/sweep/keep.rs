@@ -1,11 +1,11 @@
-//! Results of an edit that are kept, and its limits.
+//! Results of a run that are kept, and its limits.
 
 use super::file::{KeepFile, LimitsFile};
 use crate::execute::SUMMARY;
 use pliant_engine::memory::parse_bytes;
 use pliant_engine::scene::{SceneError, Source, parse_quantity};
 
-/// Results of an edit that are kept.
+/// Results of a run that are kept.
 #[derive(Clone, Debug)]
 pub struct Keep {
     /// Names of the columns of the summary, in the order of `SUMMARY` unless the file lists them.
@@ -49,14 +49,14 @@ impl Keep {
     }
 }
 
-/// Limits of an edit.
+/// Limits of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
     /// Largest wall-clock time, s.
     pub seconds: Option<f64>,
-    /// Largest memory, bytes. Edits with this limit run in child processes.
+    /// Largest memory, bytes. With this limit each run has a child process.
     pub memory: Option<u64>,
-    /// Number of retries of an edit that exceeded its time or memory, or whose plugin or process failed.
+    /// Number of retries of a run that exceeded its time or memory, or whose plugin or process failed.
     pub retries: u32,
 }
 

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 /// The version of the sweep format that this program reads.
 const FORMAT: u32 = 1;
-/// Largest number of edits of a sweep: indices are exact in every table format.
+/// Largest number of runs of a sweep: indices are exact in every table format.
 const MAX_EDITS: u64 = 1 << 40;
 
 /// A base scene.
@@ -45,14 +45,14 @@ struct Model {
     name: String,
 }
 
-/// A parameter sweep: many edits, as combinations of scenes, models and points of axes.
+/// A parameter sweep: many runs, as combinations of scenes, models and points of axes.
 #[derive(Clone, Debug)]
 pub struct Sweep {
     /// Title, one line.
     pub title: String,
-    /// Results of an edit that are kept.
+    /// Results of a run that are kept.
     pub keep: Keep,
-    /// Limits of an edit.
+    /// Limits of a run.
     pub limits: Limits,
     /// Path of the sweep file.
     path: PathBuf,
@@ -60,11 +60,11 @@ pub struct Sweep {
     scenes: Vec<BaseScene>,
     /// Models; empty to use those of the scenes.
     models: Vec<Model>,
-    /// Settings of every edit: paths in the scene and values as TOML.
+    /// Settings of every run: paths in the scene and values as TOML.
     set: Vec<(String, String)>,
     /// Axes; the last one varies fastest.
     axes: Vec<Axis>,
-    /// Number of edits.
+    /// Number of runs.
     edits: u64,
     /// Columns of the table.
     columns: Vec<Column>,
@@ -100,7 +100,7 @@ impl Sweep {
         let models = models(&file, &source)?;
         let axes = file.axis.iter().map(|axis| Axis::from_file(axis, &source)).collect::<Result<Vec<_>, _>>()?;
         let edits = product(scenes.len(), models.len().max(1), &axes)
-            .ok_or_else(|| source.whole(format!("more than {MAX_EDITS} edits; allowed is fewer")))?;
+            .ok_or_else(|| source.whole(format!("more than {MAX_EDITS} runs; allowed is fewer")))?;
         let set = file.set.iter().map(|(path, value)| (path.clone(), value.to_string())).collect();
         let mut sweep = Self {
             title: file.title.clone(),
@@ -120,7 +120,7 @@ impl Sweep {
         Ok(sweep)
     }
 
-    /// Number of edits.
+    /// Number of runs.
     pub fn edits(&self) -> u64 {
         self.edits
     }
@@ -135,7 +135,7 @@ impl Sweep {
         &self.columns
     }
 
-    /// Columns of the results of an edit, after `status`, `class` and `message`.
+    /// Columns of the results of a run, after `status`, `class` and `message`.
     pub(crate) fn result_columns(&self) -> &[Column] {
         &self.columns[self.given + columns::OUTCOME.len()..]
     }
@@ -145,17 +145,17 @@ impl Sweep {
         &self.digest
     }
 
-    /// The base scene of an edit.
+    /// The base scene of a run.
     pub(crate) fn base(&self, edit: &Edit) -> &BaseScene {
         &self.scenes[edit.scene]
     }
 
-    /// The edit with an index, from 0.
+    /// The run with an index, from 0.
     ///
     /// # Panics
     /// If the index is not below [`Sweep::edits`].
     pub fn edit(&self, index: u64) -> Edit {
-        assert!(index < self.edits, "edit {index} of {}", self.edits);
+        assert!(index < self.edits, "run {index} of {}", self.edits);
         let mut rest = index;
         let mut digit = |count: usize| {
             let digit = rest % count as u64;
@@ -185,7 +185,7 @@ impl Sweep {
     }
 }
 
-/// Number of edits; `None` if there are too many.
+/// Number of runs; `None` if there are too many.
 fn product(scenes: usize, models: usize, axes: &[Axis]) -> Option<u64> {
     let counts = [scenes, models].into_iter().chain(axes.iter().map(|axis| axis.points.len()));
     counts.map(|n| n as u64).try_fold(1_u64, u64::checked_mul).filter(|edits| *edits <= MAX_EDITS)
