@@ -88,8 +88,7 @@ fn options(cli: &Cli, args: &ReportOptionArgs) -> Result<ReportOptions, Failure>
         (0, processors) => processors,
         (asked, processors) if asked > processors => {
             note(&format!(
-                "warning: {asked} threads are asked for and there are {processors} processors, so the report runs on {processors}; allowed is up to \
-                 {processors}, or 0 for all"
+                "warning: `--threads {asked}` exceeds the {processors} processors: the report runs on {processors}; 0 uses all"
             ));
             processors
         }
