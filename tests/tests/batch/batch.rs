@@ -117,7 +117,7 @@ fn a_dry_run_counts_and_writes_nothing() {
     assert!(ran["seconds"].as_f64() > Some(0.0) && ran["table_bytes"].as_u64() > Some(43 * 100));
     assert_eq!(bench.names("."), ["scene.toml", "sweep.toml"]);
     let text = bench.pliant(&["batch", "sweep.toml", "--dry-run"]).expect(0).out;
-    assert!(text.contains("300 edits") && text.contains("young_kPa, radius_mm"), "{text}");
+    assert!(text.contains("300 runs") && text.contains("young_kPa, radius_mm"), "{text}");
 }
 
 #[test]

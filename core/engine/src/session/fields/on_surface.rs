@@ -66,10 +66,10 @@ impl SurfaceFieldReader<'_> {
 
     /// Factors for the values 0 and 1; values between are interpolated geometrically.
     fn factor_range(&self) -> Result<[f64; 2], SceneError> {
-        let range = self.field.range.unwrap_or([*FACTOR_RANGE.start(), *FACTOR_RANGE.end()]);
+        let range @ [low, high] = self.field.range.unwrap_or([*FACTOR_RANGE.start(), *FACTOR_RANGE.end()]);
         for factor in range {
             check_factor(factor)
-                .map_err(|allowed| self.source.error(self.span.clone(), format!("range {range:?}; {allowed}")))?;
+                .map_err(|allowed| self.source.error(self.span.clone(), format!("range [{low}, {high}]; {allowed}")))?;
         }
         Ok(range)
     }
