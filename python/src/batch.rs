@@ -3,7 +3,8 @@
 use super::failure::{Failure, Kind, contained};
 use super::law::check_signals;
 use pliant_batch::{
-    BatchError, BatchSummary, CollectOptions, Format, Isolation, Progress, RunOptions, Shard, Sweep, collect, run, serve,
+    BatchError, BatchSummary, CollectOptions, Format, Isolation, Progress, RunOptions, Shard, Sweep, collect, run,
+    serve,
 };
 use pliant_host::{AllowedFolders, SearchPath};
 use pyo3::prelude::*;
