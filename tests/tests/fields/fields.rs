@@ -115,7 +115,7 @@ fn what_a_field_cannot_be_is_refused() {
         ),
         ("corotational", "param = \"young\"\ngroup = \"left\"", &["`field` has `group`", "allowed is"]),
         ("corotational", "param = \"young\"\ncsv = \"none.csv\"", &["none.csv"]),
-        ("corotational", "param = \"young\"\ncsv = \"few.csv\"", &["2 factors for 8 vertices"]),
+        ("corotational", "param = \"young\"\ncsv = \"few.csv\"", &["2 factors; expected one per vertex (8)"]),
         ("corotational", "param = \"young\"\ncolour = \"red\"\nrange = [0.0, 2.0]", &["range [0, 2]"]),
         (
             "mass-spring",
