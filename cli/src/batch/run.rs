@@ -203,7 +203,7 @@ fn print_summary(
     }
     if let Some(jobs) = summary.jobs_in_memory {
         note(&format!(
-            "warning: only {jobs} of {} fit into {memory} of memory at about {} each; the others wait. `--memory SIZE` allows more, \
+            "warning: only {jobs} of {} at a time fit into {memory} of memory at about {} each; the others waited. `--memory SIZE` allows more, \
              `--oversubscribe` starts all",
             count(summary.jobs as u64, "run"),
             format_bytes(summary.edit_memory)

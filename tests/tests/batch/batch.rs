@@ -75,7 +75,7 @@ fn no_more_edits_run_at_a_time_than_processors_and_memory_allow() {
         let more = [&["--memory", &memory][..], isolate].concat();
         let (said, same) = run(&out, &more);
         assert!(same == table, "{out}");
-        let told = format!("warning: only 1 of {processors} runs fit into ");
+        let told = format!("warning: only 1 of {processors} runs at a time fit into ");
         assert!(processors == 1 || said.contains(&told), "{said}");
     }
     let jobs = |memory: u64| {
