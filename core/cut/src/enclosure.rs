@@ -8,15 +8,17 @@ use pliant_mesh::geometry::Vec3;
 use std::collections::BTreeSet;
 
 impl CutMesh {
-    /// Corners (m) of the triangles, without cut surfaces, whose boxes intersect the box around `centre` with the half-size `reach` (both in m).
+    /// Corners (m) of the triangles, without cut surfaces, whose boxes intersect the box around `centre` with the half-size `reach` (both in m), in the order of
+    /// their numbers.
     pub fn triangles_near(&self, centre: Vec3, reach: f64) -> Vec<[Vec3; 3]> {
         let mut found = Vec::new();
         self.tree.near(centre, reach, |triangle| {
             if !self.is_cap(triangle) {
-                found.push(self.corners_of(triangle));
+                found.push(triangle);
             }
         });
-        found
+        found.sort_unstable();
+        found.into_iter().map(|triangle| self.corners_of(triangle)).collect()
     }
 
     /// Whether a point (m) is inside of a closed body.
@@ -29,11 +31,18 @@ impl CutMesh {
         self.windings(point, |triangle| self.body[triangle as usize])
     }
 
-    /// The parts of closed bodies that are around a point (m), ascending. `part_of` is as [`CutMesh::body_parts`] gives it. Empty outside of all, and where every
-    /// ray hits an edge.
-    pub fn parts_around(&self, point: Vec3, part_of: &[Option<BodyPart>]) -> Vec<BodyPart> {
-        let around = self.windings(point, |triangle| part_of[triangle as usize]).unwrap_or_default();
-        around.into_iter().filter_map(|(part, _)| part).collect()
+    /// The parts of closed bodies that are around each of some points (m), ascending. `part_of` is as [`CutMesh::body_parts`] gives it. Empty outside of all, and
+    /// where every ray hits an edge. Each point is counted from the one before it, so points in a row should be close to each other.
+    pub fn parts_around(&self, points: &[Vec3], part_of: &[Option<BodyPart>]) -> Vec<Vec<BodyPart>> {
+        let key = |triangle: u32| part_of[triangle as usize];
+        let mut last = None;
+        let around = points.iter().map(|&point| {
+            let onward = last.take().and_then(|(from, around)| self.add_crossings(around, [point, from], key));
+            let around = onward.or_else(|| self.windings(point, key));
+            last = around.clone().map(|around| (point, around));
+            around.unwrap_or_default().into_iter().filter_map(|(part, _)| part).collect()
+        });
+        around.collect()
     }
 
     /// The parts of closed bodies with triangles whose boxes intersect the box around `centre` with the half-size `reach` (both in m), ascending. `part_of` is as
@@ -46,23 +55,29 @@ impl CutMesh {
 
     /// Nonzero winding numbers around a point (m) of sets of triangles in closed bodies: those that have the same key. `None` if every ray hits an edge.
     fn windings<K: Copy + Ord>(&self, point: Vec3, key: impl Fn(u32) -> K) -> Option<Vec<(K, i32)>> {
-        'rays: for ray in RAYS {
-            let far = end(point, ray, self.uncut.reach);
-            let mut around: Vec<(K, i32)> = Vec::new();
-            let mut hits = Vec::new();
-            self.tree.along(point, far, |triangle| hits.push(triangle));
-            for triangle in hits.into_iter().filter(|&triangle| self.body[triangle as usize] != OPEN) {
-                let Some(crossing) = crossing(self.corners_of(triangle), point, far) else { continue 'rays };
-                let key = key(triangle);
-                match around.iter_mut().find(|(known, _)| *known == key) {
-                    Some((_, winding)) => *winding += crossing,
-                    None => around.push((key, crossing)),
-                }
+        let ends = RAYS.iter().map(|ray| end(point, *ray, self.uncut.reach));
+        ends.into_iter().find_map(|far| self.add_crossings(Vec::new(), [point, far], &key))
+    }
+
+    /// Nonzero winding numbers around the first of two points (m), from those `around` the second one. `None` if the segment between them hits an edge.
+    fn add_crossings<K: Copy + Ord>(
+        &self,
+        mut around: Vec<(K, i32)>,
+        [point, far]: [Vec3; 2],
+        key: impl Fn(u32) -> K,
+    ) -> Option<Vec<(K, i32)>> {
+        let mut hits = Vec::new();
+        self.tree.along(point, far, |triangle| hits.push(triangle));
+        for triangle in hits.into_iter().filter(|&triangle| self.body[triangle as usize] != OPEN) {
+            let crossing = crossing(self.corners_of(triangle), point, far)?;
+            let key = key(triangle);
+            match around.iter_mut().find(|(known, _)| *known == key) {
+                Some((_, winding)) => *winding += crossing,
+                None => around.push((key, crossing)),
             }
-            around.retain(|(_, winding)| *winding != 0);
-            around.sort_unstable();
-            return Some(around);
         }
-        None
+        around.retain(|(_, winding)| *winding != 0);
+        around.sort_unstable();
+        Some(around)
     }
 }

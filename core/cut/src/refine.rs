@@ -73,6 +73,7 @@ impl CutMesh {
         }
         self.index_triangles(first_triangle);
         self.refit();
+        self.tree.regroup();
         self.commit_refinement();
         Some(Advance {
             changed: self.changed().0,

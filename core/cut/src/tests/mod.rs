@@ -2,6 +2,7 @@
 
 mod awkward;
 mod checks;
+mod enclosure;
 mod exact;
 mod lagging;
 mod lids;

@@ -78,7 +78,7 @@ fn too_long(mesh: &CutMesh, longest: f64) -> Vec<f64> {
 }
 
 /// Strokes of a blade that goes through a body, some of them with bends.
-fn cut_through(random: &mut Random, mesh: &mut CutMesh, sums: &Sums) -> usize {
+pub(super) fn cut_through(random: &mut Random, mesh: &mut CutMesh, sums: &Sums) -> usize {
     let mut refused = 0;
     for _ in 0..1 + random.below(3) {
         let mut point = |reach: f64| Vec3::from_fn(|_, _| reach * (random.unit() - 0.5));

@@ -98,10 +98,11 @@ impl Body {
         let (Some(mesh), Discretization::Lattice(lattice)) = (&mut self.cut, &self.discretization) else {
             return Ok(());
         };
-        match mesh.refine_cut_surfaces(LONGEST_CAP_EDGE * lattice.edge()) {
-            Some(refined) => self.take_cut(&refined),
-            None => Ok(()),
+        if let Some(refined) = mesh.refine_cut_surfaces(LONGEST_CAP_EDGE * lattice.edge()) {
+            self.take_cut(&refined)?;
+            Arc::make_mut(&mut self.skin.tree).regroup();
         }
+        Ok(())
     }
 
     /// After a cut: has the grid carry each part of a closed surface by a part of its own, where it can. What the blade has missed between voxels is parted by
@@ -117,7 +118,7 @@ impl Body {
             return Ok(());
         }
         let (part_of, edge) = (mesh.body_parts(), lattice.edge());
-        let around = |point: Vec3| mesh.parts_around(point, &part_of);
+        let around = |points: &[Vec3]| mesh.parts_around(points, &part_of);
         let near = |centre: Vec3| mesh.parts_near(centre, 0.5 * edge, &part_of);
         let side = |vertex: u32| side_point(mesh, model, vertex, true, edge);
         let neighbours = |vertex: u32| neighbours(model, vertex);

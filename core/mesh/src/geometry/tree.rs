@@ -23,6 +23,8 @@ pub struct TriangleTree {
     members: Vec<u32>,
     /// Place of each triangle in `members`.
     place: Vec<u32>,
+    /// Number of `members` that are in groups of neighbours. Those after them are in the order of their numbers.
+    grouped: usize,
 }
 
 /// Converts a vector to parry's type.
@@ -60,7 +62,8 @@ impl TriangleTree {
         members.iter().enumerate().for_each(|(at, t)| place[*t as usize] = at as u32);
         let leaves = members.chunks(GROUP).map(|group| around(&boxes, group)).enumerate();
         let bvh = Bvh::from_iter(BvhBuildStrategy::Binned, leaves);
-        Self { bvh, boxes, members, place }
+        let grouped = members.len();
+        Self { bvh, boxes, members, place, grouped }
     }
 
     /// Calls `visit` with every triangle whose box meets a condition, which must hold for a box if it holds for a part of the box.
@@ -125,6 +128,32 @@ impl TriangleTree {
         if (triangle as usize) < self.boxes.len() {
             self.set_box(triangle, Aabb::new_invalid());
             self.update_leaf_of(triangle);
+            self.grouped = self.grouped.min(triangle as usize);
+        }
+    }
+
+    /// Groups the triangles that were inserted since the last time by their places. Until then, many whose numbers say little of where they are make queries slow.
+    pub fn regroup(&mut self) {
+        let first = self.grouped.next_multiple_of(GROUP).min(self.members.len());
+        self.grouped = self.members.len();
+        let inserted = self.members[first..].to_vec();
+        let (present, removed): (Vec<u32>, Vec<u32>) =
+            inserted.into_iter().partition(|t| !is_empty(&self.boxes[*t as usize]));
+        let middles = present.iter().map(|t| {
+            let middle = self.boxes[*t as usize].center();
+            [middle.x, middle.y, middle.z]
+        });
+        let order = groups(middles).into_iter().map(|at| present[at as usize]).chain(removed);
+        for (at, triangle) in (first..).zip(order.collect::<Vec<_>>()) {
+            self.members[at] = triangle;
+            self.place[triangle as usize] = at as u32;
+        }
+        for leaf in (first / GROUP) as u32..self.members.len().div_ceil(GROUP) as u32 {
+            let all = around(&self.boxes, self.group(leaf));
+            self.bvh.remove(leaf);
+            if !is_empty(&all) {
+                self.bvh.insert(all, leaf);
+            }
         }
     }
 
@@ -218,6 +247,33 @@ mod tests {
         assert!(!all.is_empty() && found == all);
     }
 
+    /// Triangles all over a sphere, inserted in random order, are looked at as if the tree had been built with them.
+    #[test]
+    fn grouped_triangles_are_found_among_few() {
+        let surface = Surface::from_document(&generate::sphere(40, 0.05).unwrap());
+        let mut order: Vec<[Vec3; 3]> =
+            surface.triangles.iter().map(|t| t.map(|v| surface.points[v as usize])).collect();
+        let random = &mut Random(3);
+        (1..order.len()).for_each(|last| order.swap(last, random.below(last as u64 + 1) as usize));
+        let mut tree = TriangleTree::new(&[], &[]);
+        (0..).zip(&order).for_each(|(triangle, corners)| tree.set(triangle, *corners));
+        let looked_at = |tree: &TriangleTree| {
+            let count = Cell::new(0);
+            let from = to_parry(Vec3::new(0.05, 0.0, 0.0));
+            let is_near = |min: Vector, max: Vector| {
+                count.set(count.get() + 1);
+                (from.clamp(min, max) - from).length() < 1e-3
+            };
+            tree.visit(is_near, |_| {});
+            count.get()
+        };
+        let before = looked_at(&tree);
+        tree.regroup();
+        let built = TriangleTree::new(&surface.points, &surface.triangles);
+        let (after, best) = (looked_at(&tree), looked_at(&built));
+        assert!(before > 4 * best && after < 2 * best, "{before} boxes before, {after} after, {best} in a new tree");
+    }
+
     #[test]
     fn a_refitted_triangle_is_found_where_it_went() {
         let mut surface = Surface::from_document(&generate::sphere(6, 0.05).unwrap());
@@ -262,7 +318,7 @@ mod tests {
         }
     }
 
-    /// Triangles in random order around a sphere; some are moved, removed and added. Every query finds what looking at all boxes finds.
+    /// Triangles in random order around a sphere; some are moved, removed and added, and new ones grouped. Every query finds what looking at all boxes finds.
     #[test]
     fn queries_find_the_same_triangles_as_looking_at_all_after_any_change() {
         for seed in 0..30 {
@@ -286,6 +342,9 @@ mod tests {
                     tree.set(triangle as u32, to);
                     present.resize(present.len().max(triangle + 1), None);
                     present[triangle] = Some(to);
+                }
+                if random.below(8) == 0 {
+                    tree.regroup();
                 }
                 let (centre, reach) = (1.2 * random.vector(), 0.5 * random.unit());
                 let expected = |meets: &dyn Fn(&Aabb) -> bool| -> Vec<u32> {

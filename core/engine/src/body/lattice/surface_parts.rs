@@ -31,7 +31,7 @@ impl Lattice {
         }))
     }
 
-    /// Parts the cells that hold parts of the surface together: `around` gives the parts that a rest position (m) is in. Cells without a cut, of parts that
+    /// Parts the cells that hold parts of the surface together: `around` gives the parts that each of some rest positions (m) is in. Cells without a cut, of parts that
     /// lie side by side, are parted where they are `between` the parts. Nodes and elements change with the next [`Lattice::follow`]. Returns the ids,
     /// ascending, of the cells whose fragments or points have changed.
     ///
@@ -42,7 +42,7 @@ impl Lattice {
     pub(in crate::body) fn part_by_surface(
         &mut self,
         between: &[u64],
-        around: impl Fn(Vec3) -> Vec<BodyPart>,
+        around: impl Fn(&[Vec3]) -> Vec<Vec<BodyPart>>,
         side: impl Fn(u32) -> Vec3,
         neighbours: impl Fn(u32) -> Vec<u32>,
         interior: &impl BodyInterior,
@@ -54,8 +54,8 @@ impl Lattice {
         if changed.is_empty() { Ok(changed) } else { self.rebind_cells(changed, side, neighbours) }
     }
 
-    /// Cells without a cut, ascending, that have a node in common with several parts of one body. Where a cell has no points, `around` gives the parts that a
-    /// rest position (m) in a fragment is in, and `near` those with triangles in a cell without a cut around its centre (m).
+    /// Cells without a cut, ascending, that have a node in common with several parts of one body. Where a cell has no points, `around` gives the parts that
+    /// rest positions (m) in fragments are in, and `near` those with triangles in a cell without a cut around its centre (m).
     ///
     /// # Errors
     /// Returns the error of the grid plugin.
@@ -63,7 +63,7 @@ impl Lattice {
         &self,
         surface: &Surface,
         part_of: &[Option<BodyPart>],
-        around: impl Fn(Vec3) -> Vec<BodyPart>,
+        around: impl Fn(&[Vec3]) -> Vec<Vec<BodyPart>>,
         near: impl Fn(Vec3) -> Vec<BodyPart>,
     ) -> Result<Vec<u64>, LatticeError> {
         let Some(grid) = self.source.plugin() else { return Ok(Vec::new()) };
@@ -83,14 +83,20 @@ impl Lattice {
                 add(region.cell_corners[cell], part);
             }
         })?;
+        let mut inner = (Vec::new(), Vec::new());
         for cell in (0..region.cell_id.len()).filter(|cell| !has_points[*cell]) {
-            let parts = match self.fragments.place(parts::fragment(&region, cell)) {
-                Some(place) => around(place),
-                None => {
-                    let facts = grid.cell(self.settings.level, region.cell_id[cell])?;
-                    if facts.state == abi::CELL_SURFACE { near(facts.centre.into()) } else { Vec::new() }
-                }
-            };
+            if let Some(place) = self.fragments.place(parts::fragment(&region, cell)) {
+                inner.0.push(cell);
+                inner.1.push(place);
+                continue;
+            }
+            let facts = grid.cell(self.settings.level, region.cell_id[cell])?;
+            if facts.state == abi::CELL_SURFACE {
+                near(facts.centre.into()).into_iter().for_each(|part| add(region.cell_corners[cell], part));
+            }
+        }
+        let (cells, places) = inner;
+        for (cell, parts) in cells.into_iter().zip(around(&places)) {
             parts.into_iter().for_each(|part| add(region.cell_corners[cell], part));
         }
         let cells = region.cell_id.iter().zip(&region.cell_corners);

@@ -21,11 +21,11 @@ struct Places {
 
 impl Places {
     /// Finds the place of each solid voxel: what its point is in, else, where the surface is too thin there to tell, the place of the nearest one that is in anything.
-    fn add(&mut self, id: u64, voxels: &Voxels, around: impl Fn(Vec3) -> Vec<BodyPart>) {
+    fn add(&mut self, id: u64, voxels: &Voxels, around: impl Fn(&[Vec3]) -> Vec<Vec<BodyPart>>) {
         let solid = || (0..COUNT).filter(|voxel| voxels.is_solid(*voxel));
         let mut place = [None; COUNT];
-        for voxel in solid() {
-            let parts = around(voxels.points()[voxel]);
+        let points: Vec<Vec3> = solid().map(|voxel| voxels.points()[voxel]).collect();
+        for (voxel, parts) in solid().zip(around(&points)) {
             if !parts.is_empty() {
                 let known = self.known.iter().position(|known| *known == parts).unwrap_or_else(|| {
                     self.known.push(parts);
@@ -72,7 +72,7 @@ impl Places {
 }
 
 impl Fragments {
-    /// Parts cells between voxels that are in different parts of the surface: `around` gives those that a rest position (m) is in. Of the cells without a cut
+    /// Parts cells between voxels that are in different parts of the surface: `around` gives those that each of some rest positions (m) is in. Of the cells without a cut
     /// those that are `between` parts are parted too. Nothing of a lattice that was healed is parted. Returns the ids of the cells whose fragments or nodes may have
     /// changed.
     ///
@@ -83,7 +83,7 @@ impl Fragments {
         grid: &Grid,
         level: u32,
         between: &[u64],
-        around: impl Fn(Vec3) -> Vec<BodyPart>,
+        around: impl Fn(&[Vec3]) -> Vec<Vec<BodyPart>>,
         interior: &impl BodyInterior,
     ) -> Result<Vec<u64>, HostError> {
         if self.is_healed() {
