@@ -93,6 +93,14 @@ pub fn asked_cases(variable: &str) -> Option<Range<u64>> {
     Some(range.unwrap_or_else(|| panic!("{variable} is {text}; allowed is a range such as 0..2000")))
 }
 
+/// Number of random cases, each drawn after the one before it: the end of the range that an environment variable asks for, else `usual`.
+///
+/// # Panics
+/// As [`asked_cases`].
+pub fn case_count(variable: &str, usual: usize) -> usize {
+    asked_cases(variable).map_or(usual, |asked| asked.end as usize)
+}
+
 /// A folder of its own with scenes and results in it.
 pub struct Bench {
     folder: tempfile::TempDir,

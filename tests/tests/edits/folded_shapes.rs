@@ -1,5 +1,6 @@
 //! No stroke folds the surface of a solid: long strokes of kinds that change the shape at rest, at the greatest strength of the window, and hands that twist what they
 //! grab by more than half a turn and keep it, on noisy models, with handles, plates and tubes.
+//! `FOLDS=0..40` asks for more of each.
 
 #![allow(clippy::print_stdout, reason = "what was seen of each case")]
 
@@ -7,7 +8,7 @@ use pliant_engine::session::Session;
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::{Random, models};
 use pliant_mesh::{Bounds, Surface};
-use pliant_tests::{Bench, open_file};
+use pliant_tests::{Bench, case_count, open_file};
 use std::collections::BTreeMap;
 
 /// m: the longest edge of a model.
@@ -106,8 +107,8 @@ fn stroked(random: &mut Random, kind: &str, strength: &str) -> (String, Session)
 }
 
 /// Fails where a stroke leaves a fold, and where fewer than half of the strokes change the shape.
-fn folds_nothing(kind: &str, strength: &str, seed: u64, cases: usize) {
-    let (mut random, mut changed) = (Random(seed), 0);
+fn folds_nothing(kind: &str, strength: &str, seed: u64, usual: usize) {
+    let (mut random, mut changed, cases) = (Random(seed), 0, case_count("FOLDS", usual));
     for case in 0..cases {
         let (what, session) = stroked(&mut random, kind, strength);
         let body = &session.bodies[0];
@@ -121,17 +122,17 @@ fn folds_nothing(kind: &str, strength: &str, seed: u64, cases: usize) {
 
 #[test]
 fn flattening_folds_nothing() {
-    folds_nothing("flatten", "strength = 30", 7, 8);
+    folds_nothing("flatten", "strength = 30", 7, 4);
 }
 
 #[test]
 fn pinching_folds_nothing() {
-    folds_nothing("pinch", "strength = 9", 8, 8);
+    folds_nothing("pinch", "strength = 9", 8, 4);
 }
 
 #[test]
 fn smoothing_and_scaling_fold_nothing() {
-    folds_nothing("smooth", "strength = 90", 9, 4);
+    folds_nothing("smooth", "strength = 90", 9, 3);
     folds_nothing("shrink", "strength = 3", 10, 2);
     folds_nothing("grow", "strength = 3", 11, 2);
 }
@@ -139,8 +140,8 @@ fn smoothing_and_scaling_fold_nothing() {
 #[test]
 fn pressures_that_are_kept_fold_nothing() {
     let strength = format!("strength = {}\nrelease = \"keep\"", 0.75 * YOUNG);
-    folds_nothing("inflate", &strength, 12, 3);
-    folds_nothing("deflate", &strength, 13, 3);
+    folds_nothing("inflate", &strength, 12, 2);
+    folds_nothing("deflate", &strength, 13, 2);
 }
 
 #[test]

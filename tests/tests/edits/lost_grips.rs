@@ -1,14 +1,14 @@
 //! A hand that pulls with more than the limit lets go once, holds nothing for the rest of the stroke, and takes hold again in the next. What it has moved springs back, and
-//! of what it holds no shape is kept that is turned inside out.
+//! of what it holds no shape is kept that is turned inside out. `GRIPS=0..60` asks for more cases.
 
 use pliant_engine::session::{EventKind, Session};
 use pliant_mesh::testing::Random;
-use pliant_tests::{Bench, open_file};
+use pliant_tests::{Bench, case_count, open_file};
 
 #[test]
 fn a_grip_over_its_limit_is_lost_until_the_next_stroke() {
     let mut random = Random(5);
-    for case in 0..8 {
+    for case in 0..case_count("GRIPS", 4) {
         let kind = ["pull", "grab"][case % 2];
         let plugin = ["mass-spring", "neo-hookean"][case / 2 % 2];
         // Tools below and above the edge of a cell pull a point and a region.
@@ -86,7 +86,7 @@ fn nothing_is_kept_of_a_stroke_whose_grip_was_lost() {
 #[test]
 fn a_shape_that_was_turned_inside_out_is_kept_as_the_hand_gave_it_or_not_at_all() {
     let (mut random, mut left_out) = (Random(11), 0);
-    for case in 0..12 {
+    for case in 0..case_count("GRIPS", 6) {
         let plugin = ["mass-spring", "neo-hookean", "corotational"][case % 3];
         let (what, mut session) = drawn_far(&mut random, plugin, "");
         (0..149).for_each(|_| session.step());

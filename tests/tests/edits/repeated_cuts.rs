@@ -1,8 +1,9 @@
-//! Lines drawn where a cut already is.
+//! Lines drawn where a cut already is. `LINES=0..60` asks for more.
 
 use crate::ball_cuts::{LEVEL, RADIUS, cut_ball, result};
 use pliant_mesh::testing::Random;
 use pliant_solver::Vec3;
+use pliant_tests::case_count;
 
 /// A stride of the blade, m: a quarter of a cell.
 const STRIDE: f64 = 0.25 * 2.0 * RADIUS / (1 << LEVEL) as f64;
@@ -15,7 +16,7 @@ fn line(x: f64, angle: f64) -> [Vec3; 2] {
 #[test]
 fn a_line_that_is_drawn_again_cuts_nothing_and_a_longer_one_goes_on() {
     let mut random = Random(70);
-    for case in 0..6 {
+    for case in 0..case_count("LINES", 3) {
         let drawn = line(0.5 * RADIUS * random.signed(), 0.0);
         let off = [0.0, 1e-5, 1.0][case % 3] * 0.2 * STRIDE * random.signed() * Vec3::x();
         let (again, once) = (drawn.map(|point| point + off), result(&cut_ball(&[drawn], false)));
@@ -32,7 +33,7 @@ fn a_line_that_is_drawn_again_cuts_nothing_and_a_longer_one_goes_on() {
 #[test]
 fn a_line_that_crosses_a_cut_parts_both_sides_of_it() {
     let mut random = Random(71);
-    for case in 0..8 {
+    for case in 0..case_count("LINES", 4) {
         let (x, angle) = (0.5 * RADIUS * random.signed(), 0.1 + 1.2 * random.unit());
         let once = result(&cut_ball(&[line(x, 0.0)], false)).1 + result(&cut_ball(&[line(x, angle)], false)).1;
         let (parts, area) = result(&cut_ball(&[line(x, 0.0), line(x, angle)], false));
