@@ -36,13 +36,28 @@ impl CutMesh {
     pub fn parts_around(&self, points: &[Vec3], part_of: &[Option<BodyPart>]) -> Vec<Vec<BodyPart>> {
         let key = |triangle: u32| part_of[triangle as usize];
         let mut last = None;
-        let around = points.iter().map(|&point| {
+        // Where no surface is between points they are all in the same parts.
+        let counted = if self.is_free_between(points) { &points[..1] } else { points };
+        let around = counted.iter().map(|&point| {
             let onward = last.take().and_then(|(from, around)| self.add_crossings(around, [point, from], key));
             let around = onward.or_else(|| self.windings(point, key));
             last = around.clone().map(|around| (point, around));
             around.unwrap_or_default().into_iter().filter_map(|(part, _)| part).collect()
         });
-        around.collect()
+        let mut around: Vec<Vec<BodyPart>> = around.collect();
+        if let Some(first) = around.first().cloned() {
+            around.resize(points.len(), first);
+        }
+        around
+    }
+
+    /// Whether no triangle of a closed body comes near the box of some points (m).
+    fn is_free_between(&self, points: &[Vec3]) -> bool {
+        let Some(first) = points.first() else { return false };
+        let (low, high) = points.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
+        let mut is_free = true;
+        self.tree.near(0.5 * (low + high), 0.5 * (high - low).max(), |t| is_free &= self.body[t as usize] == OPEN);
+        is_free
     }
 
     /// The parts of closed bodies with triangles whose boxes intersect the box around `centre` with the half-size `reach` (both in m), ascending. `part_of` is as

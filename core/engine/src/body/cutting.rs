@@ -1,5 +1,6 @@
 //! Cutting of a body: after its mesh was cut, model, skin, discretization and samples adopt the cut.
 
+use super::lattice::VoxelParts;
 use super::sheet::OldCorners;
 use super::stitch::Stitched;
 use super::{Body, Discretization, LatticeError};
@@ -122,9 +123,9 @@ impl Body {
         let near = |centre: Vec3| mesh.parts_near(centre, 0.5 * edge, &part_of);
         let side = |vertex: u32| side_point(mesh, model, vertex, true, edge);
         let neighbours = |vertex: u32| neighbours(model, vertex);
-        let mut between = Vec::new();
+        let (mut between, mut known) = (Vec::new(), VoxelParts::default());
         while lattice.joins_parts(mesh.surface(), &part_of)? {
-            let cells = lattice.part_by_surface(&between, around, side, neighbours, mesh.as_ref())?;
+            let cells = lattice.part_by_surface(&between, &mut known, around, side, neighbours, mesh.as_ref())?;
             if !cells.is_empty() && !self.samples.is_empty() {
                 Arc::make_mut(&mut self.samples).take_cut(&cells, model, &self.skin, lattice)?;
             }

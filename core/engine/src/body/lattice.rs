@@ -49,7 +49,7 @@ pub use contact_points::{ContactBuffers, ContactPoint, ContactSurface};
 pub(in crate::body) use exposed_faces::{BrokenSurface, ExposedCorner, NodePlace};
 use failed_cells::FailedCells;
 use fragments::Fragments;
-pub use fragments::{BodyInterior, CellFragment, NodeKey};
+pub use fragments::{BodyInterior, CellFragment, NodeKey, VoxelParts};
 use paint::LatticePaint;
 pub(in crate::body) use parts::{LatticeComponents, LatticePart, PartCells};
 use pliant_host::{HostError, Region};

@@ -1,6 +1,6 @@
 //! Whether the parts of the lattice are those of the cut surface, and how they become that.
 
-use super::fragments::BodyInterior;
+use super::fragments::{BodyInterior, VoxelParts};
 use super::{Lattice, LatticeError, parts};
 use pliant_cut::BodyPart;
 use pliant_mesh::Surface;
@@ -42,13 +42,15 @@ impl Lattice {
     pub(in crate::body) fn part_by_surface(
         &mut self,
         between: &[u64],
+        known: &mut VoxelParts,
         around: impl Fn(&[Vec3]) -> Vec<Vec<BodyPart>>,
         side: impl Fn(u32) -> Vec3,
         neighbours: impl Fn(u32) -> Vec<u32>,
         interior: &impl BodyInterior,
     ) -> Result<Vec<u64>, LatticeError> {
         let Some(grid) = self.source.plugin() else { return Ok(Vec::new()) };
-        let mut changed = self.fragments.part_by_surface(grid, self.settings.level, between, around, interior)?;
+        let mut changed =
+            self.fragments.part_by_surface(grid, self.settings.level, between, known, around, interior)?;
         changed.sort_unstable();
         changed.dedup();
         if changed.is_empty() { Ok(changed) } else { self.rebind_cells(changed, side, neighbours) }

@@ -20,6 +20,7 @@ mod voxel_points;
 mod voxels;
 
 pub use anchor::Anchor;
+pub use part_by_surface::VoxelParts;
 use pliant_host::{Grid, HostError, Region};
 use pliant_plugin_api::abi;
 use pliant_solver::Vec3;

@@ -10,18 +10,21 @@ use pliant_host::{Grid, HostError};
 use pliant_solver::Vec3;
 use std::collections::BTreeMap;
 
-/// The parts that voxels are in.
+/// The parts of the surface that voxels of cut cells are in, of each cell from when it is asked for first.
 #[derive(Default)]
-struct Places {
+pub struct VoxelParts {
     /// Each place that voxels are in.
     known: Vec<Vec<BodyPart>>,
     /// Number of the place of each voxel of each cell; `None` outside of the body.
     of: BTreeMap<u64, [Option<u32>; COUNT]>,
 }
 
-impl Places {
+impl VoxelParts {
     /// Finds the place of each solid voxel: what its point is in, else, where the surface is too thin there to tell, the place of the nearest one that is in anything.
     fn add(&mut self, id: u64, voxels: &Voxels, around: impl Fn(&[Vec3]) -> Vec<Vec<BodyPart>>) {
+        if self.of.contains_key(&id) {
+            return;
+        }
         let solid = || (0..COUNT).filter(|voxel| voxels.is_solid(*voxel));
         let mut place = [None; COUNT];
         let points: Vec<Vec3> = solid().map(|voxel| voxels.points()[voxel]).collect();
@@ -73,7 +76,7 @@ impl Places {
 
 impl Fragments {
     /// Parts cells between voxels that are in different parts of the surface: `around` gives those that each of some rest positions (m) is in. Of the cells without a cut
-    /// those that are `between` parts are parted too. Nothing of a lattice that was healed is parted. Returns the ids of the cells whose fragments or nodes may have
+    /// those that are `between` parts are parted too. `parts` are those found for the same surface before. Nothing of a lattice that was healed is parted. Returns the ids of the cells whose fragments or nodes may have
     /// changed.
     ///
     /// # Errors
@@ -83,6 +86,7 @@ impl Fragments {
         grid: &Grid,
         level: u32,
         between: &[u64],
+        parts: &mut VoxelParts,
         around: impl Fn(&[Vec3]) -> Vec<Vec<BodyPart>>,
         interior: &impl BodyInterior,
     ) -> Result<Vec<u64>, HostError> {
@@ -90,11 +94,10 @@ impl Fragments {
             return Ok(Vec::new());
         }
         self.add_cells(grid, level, between, interior)?;
-        let mut places = Places::default();
-        self.cells.iter().for_each(|(id, cell)| places.add(*id, &cell.voxels, &around));
+        self.cells.iter().for_each(|(id, cell)| parts.add(*id, &cell.voxels, &around));
         let mut near = Vec::new();
         for (id, cell) in &mut self.cells {
-            if places.part(*id, cell) || between.binary_search(id).is_ok() {
+            if parts.part(*id, cell) || between.binary_search(id).is_ok() {
                 cell.voxels.label();
                 near.push(*id);
             }
