@@ -33,6 +33,8 @@ pub struct BodyStroke {
     pub(super) slit: Option<Slit>,
     /// How far it went in such slits; `None` if it was in none.
     pub along: Option<AlongSlit>,
+    /// Whether a solid was cut before the stroke began. Else its slits are its own, where a strip leads around what the mesh refuses.
+    pub was_cut: bool,
 }
 
 /// The way of a blade in the slits of earlier cuts, where it cuts nothing.
@@ -91,8 +93,10 @@ impl BodyStroke {
     /// # Errors
     /// Returns why the mesh refuses the blade.
     pub fn begin(blade: Blade, body: &Body) -> Result<Self, Refused> {
-        let lattice = body.discretization.lattice().filter(|lattice| lattice.is_whole());
-        let drift = lattice.map_or_else(Vec3::zeros, |lattice| mean_displacement(lattice, body));
+        let lattice = body.discretization.lattice();
+        let was_cut = lattice.is_some_and(|lattice| lattice.has_cuts());
+        let whole = lattice.filter(|lattice| lattice.is_whole());
+        let drift = whole.map_or_else(Vec3::zeros, |lattice| mean_displacement(lattice, body));
         let stroke = Stroke::begin(blade)?;
         Ok(Self {
             middle: Middle::of(body),
@@ -106,6 +110,7 @@ impl BodyStroke {
             section: None,
             slit: None,
             along: None,
+            was_cut,
         })
     }
 

@@ -35,7 +35,7 @@ impl Knife {
         let along = hand.rotation * self.edge.direction;
         self.come_to_rest(hand, &along, stiffness, bodies, step)?;
         step.again = self.strokes.iter().enumerate().find_map(|(body, stroke)| {
-            let stroke = stroke.as_ref()?;
+            let stroke = stroke.as_ref().filter(|stroke| stroke.was_cut)?;
             let along = stroke.along.filter(|along| along.has_left || stroke.way == 0.0)?;
             Some(CutAgain { body, place: along.place, way: along.way })
         });
