@@ -96,6 +96,9 @@ pub fn news(kind: EventKind, text: &str, is_scene: bool) -> String {
         EventKind::Repaired => {
             "The model was folded through itself in a few places when its shape was kept. They were smoothed; Ctrl+Z takes the stroke back."
         }
+        EventKind::FoldsLeft => {
+            "The surface is folded onto itself in a few places, and was kept so. Smooth them with Shift, or take the stroke back with Ctrl+Z."
+        }
         EventKind::Welded if !is_scene => {
             "Borders that lie together were joined, so the model holds together there. To have them apart, clear \"Join borders that lie together\" under Material and press Apply."
         }
@@ -985,12 +988,14 @@ mod tests {
         let grip = "tool `hand`: it let go for the rest of its stroke: its force was over the `limit` of its edit";
         let kept = "tool `hand`: it had let go before its edit ended; allowed for `release = \"keep\"` is a force up to the `limit` of the edit";
         let repaired = "body `model`: 47 cells near [1.000, 2.000, 43.600] mm were inverted; their nodes were moved by at most 269.7 mm";
+        let folded = "body `model`: its surface is folded at 3 edges, some of them near [1.000, 2.000, 43.600] mm, and the shape was kept so";
         let of_kinds = [
             (EventKind::CutRefused, cut, "Draw it again"),
             (EventKind::Welded, welded, WELD),
             (EventKind::GripLost, grip, "more slowly"),
             (EventKind::NotKept, kept, "springs back"),
             (EventKind::Repaired, repaired, "smoothed"),
+            (EventKind::FoldsLeft, folded, "kept so"),
         ];
         for (kind, text, says) in of_kinds {
             let said = news(kind, text, false);

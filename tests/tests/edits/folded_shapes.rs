@@ -1,14 +1,14 @@
 //! No stroke folds the surface of a solid: long strokes of kinds that change the shape at rest, at the greatest strength of the window, and hands that twist what they
 //! grab by more than half a turn and keep it, on noisy models, with handles, plates and tubes.
-//! `FOLDS=0..40` asks for more of each.
+//! `FOLDS=0..40` asks for more of each, `LEFT=0..200` for those that may leave folds.
 
 #![allow(clippy::print_stdout, reason = "what was seen of each case")]
 
-use pliant_engine::session::Session;
+use pliant_engine::session::{EventKind, Session};
 use pliant_mesh::geometry::Vec3;
 use pliant_mesh::testing::{Random, models};
 use pliant_mesh::{Bounds, Surface};
-use pliant_tests::{Bench, case_count, open_file};
+use pliant_tests::{Bench, asked_cases, case_count, open_file};
 use std::collections::BTreeMap;
 
 /// m: the longest edge of a model.
@@ -147,4 +147,17 @@ fn pressures_that_are_kept_fold_nothing() {
 #[test]
 fn a_grab_that_twists_by_more_than_half_a_turn_keeps_no_fold() {
     folds_nothing("grab", "release = \"keep\"", 102, 12);
+}
+
+#[test]
+fn folds_that_are_kept_are_told() {
+    let mut folded = 0;
+    for number in asked_cases("LEFT").unwrap_or(162..166) {
+        let (what, session) = stroked(&mut Random(number), "grab", "release = \"keep\"");
+        let (folds, told) = (folds(&session), session.events.count(EventKind::FoldsLeft));
+        println!("{number}: {what}: {folds} folds, told {told} times");
+        assert!(folds == 0 || told > 0, "{number}: {what}: {folds} folds: {:?}", session.events.described());
+        folded += usize::from(told > 0);
+    }
+    assert!(folded > 0, "no stroke left a fold");
 }

@@ -372,7 +372,8 @@ fn is_news(kind: EventKind, has_device: bool) -> bool {
         | EventKind::Model
         | EventKind::Welded
         | EventKind::NotKept
-        | EventKind::Repaired => true,
+        | EventKind::Repaired
+        | EventKind::FoldsLeft => true,
     }
 }
 

@@ -40,6 +40,8 @@ pub struct Unfolded {
     pub left: usize,
     /// Largest distance of a vertex from where it was displaced to, m.
     pub moved: f64,
+    /// Where that vertex was displaced to, m.
+    pub place: Vec3,
 }
 
 /// Changes the displacements of a surface with vertices at `points` (m, n x 3) so that they fold no edge. `cell` is the cell of each vertex (n), see [`super::Skin::cell`]:
@@ -53,13 +55,16 @@ pub fn limit_folds(
 ) -> Unfolded {
     let mut patch = Patch::new(model, points, cell, moves);
     let (edges, left) = patch.unfold(unresolved);
-    let mut moved = 0.0_f64;
-    for ((_, displacement), vertex) in moves.iter_mut().zip(&patch.of_moves) {
+    let (mut moved, mut place) = (f64::NEG_INFINITY, Vec3::zeros());
+    for ((v, displacement), vertex) in moves.iter_mut().zip(&patch.of_moves) {
         let limited = patch.displacements[*vertex as usize];
-        moved = moved.max((limited - *displacement).norm());
+        let way = (limited - *displacement).norm();
+        if way > moved {
+            (moved, place) = (way, points[*v as usize] + *displacement);
+        }
         *displacement = limited;
     }
-    Unfolded { edges, left, moved }
+    Unfolded { edges, left, moved: moved.max(0.0), place }
 }
 
 /// Two triangles with a common edge, each by its vertices.

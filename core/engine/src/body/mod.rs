@@ -187,7 +187,7 @@ impl Body {
     }
 
     /// Makes the present shape the rest shape, with zero velocity. The surface of a solid is unfolded first, unless that moves a vertex by more than `most` (m) or
-    /// leaves folds. Returns what was unfolded.
+    /// leaves folds; `left` are all of them then. Returns what was unfolded.
     ///
     /// # Errors
     /// Returns the error of the grid plugin, or of the material if it refuses the new rest shape.
@@ -211,7 +211,7 @@ impl Body {
         let before = moves.clone();
         let unfolded = limit_folds(&self.model, settled, cell, &mut moves, Unresolved::Leave);
         if unfolded.left > 0 || unfolded.moved > most {
-            return Unfolded::default();
+            return Unfolded { edges: 0, left: unfolded.edges, moved: 0.0, place: unfolded.place };
         }
         for ((v, d), _) in moves.iter().zip(&before).filter(|(now, before)| now != before) {
             x[*v as usize] = settled[*v as usize] + d;

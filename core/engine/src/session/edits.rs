@@ -224,7 +224,7 @@ impl Session {
             }
             has_changed |= body.system.nodes.x != body.system.nodes.rest;
             let most = MAX_REPAIR * body.discretization.edge();
-            let Unfolded { edges, moved, .. } = match body.keep(self.motion.pool(), most) {
+            let Unfolded { edges, left, moved, place } = match body.keep(self.motion.pool(), most) {
                 Ok(unfolded) => unfolded,
                 Err(error) => {
                     self.freeze(index, time, error.to_string());
@@ -236,6 +236,15 @@ impl Session {
                 self.events.add(EventKind::Repaired, time, || {
                     format!(
                         "body `{name}`: its surface was folded at {edges} edges when the shape was kept; vertices there were moved by at most {moved:.3} mm"
+                    )
+                });
+            }
+            if left > 0 {
+                let (name, most, at) = (&body.name, 1e3 * most, place_in_mm(place));
+                self.events.add(EventKind::FoldsLeft, time, || {
+                    format!(
+                        "body `{name}`: its surface is folded at {left} edges, some of them near {at}, and the shape was kept so: to unfold it, vertices would have to move \
+                         by more than {most:.3} mm, or a part of the surface lies on another whatever they do"
                     )
                 });
             }

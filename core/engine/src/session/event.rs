@@ -72,6 +72,8 @@ pub enum EventKind {
     NotKept,
     /// A shape that was kept had inverted or flat cells, or a folded surface, which were repaired.
     Repaired,
+    /// A shape was kept with a folded surface.
+    FoldsLeft,
 }
 
 impl EventKind {
