@@ -988,7 +988,7 @@ mod tests {
         let grip = "tool `hand`: it let go for the rest of its stroke: its force was over the `limit` of its edit";
         let kept = "tool `hand`: it had let go before its edit ended; allowed for `release = \"keep\"` is a force up to the `limit` of the edit";
         let repaired = "body `model`: 47 cells near [1.000, 2.000, 43.600] mm were inverted; their nodes were moved by at most 269.7 mm";
-        let folded = "body `model`: its surface is folded at 3 edges, some of them near [1.000, 2.000, 43.600] mm, and the shape was kept so";
+        let folded = "body `model`: the shape was kept with its surface folded at 3 edges, some of them near [1.000, 2.000, 43.600] mm";
         let of_kinds = [
             (EventKind::CutRefused, cut, "Draw it again"),
             (EventKind::Welded, welded, WELD),

@@ -32,11 +32,11 @@ impl CutMesh {
     }
 
     /// The parts of closed bodies that are around each of some points (m), ascending. `part_of` is as [`CutMesh::body_parts`] gives it. Empty outside of all, and
-    /// where every ray hits an edge. Each point is counted from the one before it, so points in a row should be close to each other.
+    /// where every ray hits an edge. Winding numbers of a point are those of the one before it and the crossings between the two, so points in a row should be close to each other.
     pub fn parts_around(&self, points: &[Vec3], part_of: &[Option<BodyPart>]) -> Vec<Vec<BodyPart>> {
         let key = |triangle: u32| part_of[triangle as usize];
         let mut last = None;
-        // Where no surface is between points they are all in the same parts.
+        // Points with no surface between them are in the same parts.
         let counted = if self.is_free_between(points) { &points[..1] } else { points };
         let around = counted.iter().map(|&point| {
             let onward = last.take().and_then(|(from, around)| self.add_crossings(around, [point, from], key));
@@ -70,8 +70,10 @@ impl CutMesh {
 
     /// Nonzero winding numbers around a point (m) of sets of triangles in closed bodies: those that have the same key. `None` if every ray hits an edge.
     fn windings<K: Copy + Ord>(&self, point: Vec3, key: impl Fn(u32) -> K) -> Option<Vec<(K, i32)>> {
-        let ends = RAYS.iter().map(|ray| end(point, *ray, self.uncut.reach));
-        ends.into_iter().find_map(|far| self.add_crossings(Vec::new(), [point, far], &key))
+        RAYS.iter().find_map(|ray| {
+            let far = end(point, *ray, self.uncut.reach);
+            self.add_crossings(Vec::new(), [point, far], &key)
+        })
     }
 
     /// Nonzero winding numbers around the first of two points (m), from those `around` the second one. `None` if the segment between them hits an edge.

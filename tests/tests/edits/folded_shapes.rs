@@ -1,6 +1,6 @@
 //! No stroke folds the surface of a solid: long strokes of kinds that change the shape at rest, at the greatest strength of the window, and hands that twist what they
 //! grab by more than half a turn and keep it, on noisy models, with handles, plates and tubes.
-//! `FOLDS=0..40` asks for more of each, `LEFT=0..200` for those that may leave folds.
+//! `FOLDS=0..40` asks for more strokes of each kind, `LEFT=0..200` for more twists of which few leave a fold.
 
 #![allow(clippy::print_stdout, reason = "what was seen of each case")]
 

@@ -187,7 +187,7 @@ impl Body {
     }
 
     /// Makes the present shape the rest shape, with zero velocity. The surface of a solid is unfolded first, unless that moves a vertex by more than `most` (m) or
-    /// leaves folds; `left` are all of them then. Returns what was unfolded.
+    /// leaves folds. Returns what was unfolded, or how many folds are left.
     ///
     /// # Errors
     /// Returns the error of the grid plugin, or of the material if it refuses the new rest shape.

@@ -243,8 +243,8 @@ impl Session {
                 let (name, most, at) = (&body.name, 1e3 * most, place_in_mm(place));
                 self.events.add(EventKind::FoldsLeft, time, || {
                     format!(
-                        "body `{name}`: its surface is folded at {left} edges, some of them near {at}, and the shape was kept so: to unfold it, vertices would have to move \
-                         by more than {most:.3} mm, or a part of the surface lies on another whatever they do"
+                        "body `{name}`: the shape was kept with its surface folded at {left} edges, some of them near {at}; unfolding them would move vertices by more \
+                         than {most:.3} mm or leave folds; undo the stroke, or smooth there"
                     )
                 });
             }

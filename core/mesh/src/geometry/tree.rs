@@ -23,7 +23,7 @@ pub struct TriangleTree {
     members: Vec<u32>,
     /// Place of each triangle in `members`.
     place: Vec<u32>,
-    /// Number of `members` that are in groups of neighbours. Those after them are in the order of their numbers.
+    /// Number of `members`, from the first, that [`TriangleTree::new`] or [`TriangleTree::regroup`] has grouped.
     grouped: usize,
 }
 
@@ -45,6 +45,11 @@ fn around(boxes: &[Aabb], members: &[u32]) -> Aabb {
         .fold(Aabb::new_invalid(), |all, own| Aabb::new(all.mins.min(own.mins), all.maxs.max(own.maxs)))
 }
 
+/// The middle of a box.
+fn middle(own: &Aabb) -> [f64; 3] {
+    own.center().into()
+}
+
 /// Whether a box has no inside and no boundary: that of no triangle.
 fn is_empty(bounds: &Aabb) -> bool {
     bounds.mins.x > bounds.maxs.x
@@ -54,10 +59,7 @@ impl TriangleTree {
     /// Builds the tree of all `triangles`.
     pub fn new(points: &[Vec3], triangles: &[[u32; 3]]) -> Self {
         let boxes: Vec<Aabb> = triangles.iter().map(|t| bounds(points, *t)).collect();
-        let members = groups(boxes.iter().map(|own| {
-            let middle = own.center();
-            [middle.x, middle.y, middle.z]
-        }));
+        let members = groups(boxes.iter().map(middle));
         let mut place = vec![0; members.len()];
         members.iter().enumerate().for_each(|(at, t)| place[*t as usize] = at as u32);
         let leaves = members.chunks(GROUP).map(|group| around(&boxes, group)).enumerate();
@@ -132,19 +134,17 @@ impl TriangleTree {
         }
     }
 
-    /// Groups the triangles that were inserted since the last time by their places. Until then, many whose numbers say little of where they are make queries slow.
+    /// Groups the triangles that were inserted since the last time by where they are. Until then they are grouped by number, and queries are slow where triangles with successive
+    /// numbers are far apart.
     pub fn regroup(&mut self) {
         let first = self.grouped.next_multiple_of(GROUP).min(self.members.len());
         self.grouped = self.members.len();
         let inserted = self.members[first..].to_vec();
         let (present, removed): (Vec<u32>, Vec<u32>) =
             inserted.into_iter().partition(|t| !is_empty(&self.boxes[*t as usize]));
-        let middles = present.iter().map(|t| {
-            let middle = self.boxes[*t as usize].center();
-            [middle.x, middle.y, middle.z]
-        });
+        let middles = present.iter().map(|t| middle(&self.boxes[*t as usize]));
         let order = groups(middles).into_iter().map(|at| present[at as usize]).chain(removed);
-        for (at, triangle) in (first..).zip(order.collect::<Vec<_>>()) {
+        for (at, triangle) in (first..).zip(order) {
             self.members[at] = triangle;
             self.place[triangle as usize] = at as u32;
         }
@@ -318,7 +318,7 @@ mod tests {
         }
     }
 
-    /// Triangles in random order around a sphere; some are moved, removed and added, and new ones grouped. Every query finds what looking at all boxes finds.
+    /// Triangles in random order around a sphere; some are moved, removed, added and regrouped. Every query finds what looking at all boxes finds.
     #[test]
     fn queries_find_the_same_triangles_as_looking_at_all_after_any_change() {
         for seed in 0..30 {

@@ -85,11 +85,11 @@ impl Lattice {
                 add(region.cell_corners[cell], part);
             }
         })?;
-        let mut inner = (Vec::new(), Vec::new());
+        let (mut cut_cells, mut places) = (Vec::new(), Vec::new());
         for cell in (0..region.cell_id.len()).filter(|cell| !has_points[*cell]) {
             if let Some(place) = self.fragments.place(parts::fragment(&region, cell)) {
-                inner.0.push(cell);
-                inner.1.push(place);
+                cut_cells.push(cell);
+                places.push(place);
                 continue;
             }
             let facts = grid.cell(self.settings.level, region.cell_id[cell])?;
@@ -97,8 +97,7 @@ impl Lattice {
                 near(facts.centre.into()).into_iter().for_each(|part| add(region.cell_corners[cell], part));
             }
         }
-        let (cells, places) = inner;
-        for (cell, parts) in cells.into_iter().zip(around(&places)) {
+        for (cell, parts) in cut_cells.into_iter().zip(around(&places)) {
             parts.into_iter().for_each(|part| add(region.cell_corners[cell], part));
         }
         let cells = region.cell_id.iter().zip(&region.cell_corners);

@@ -33,7 +33,7 @@ pub struct BodyStroke {
     pub(super) slit: Option<Slit>,
     /// How far it went in such slits; `None` if it was in none.
     pub along: Option<AlongSlit>,
-    /// Whether a solid was cut before the stroke began. Else its slits are its own, where a strip leads around what the mesh refuses.
+    /// Whether a solid had cuts when the stroke began. If not, a slit that the blade meets was made by this stroke.
     pub was_cut: bool,
 }
 
