@@ -43,13 +43,13 @@ impl Advance {
     }
 }
 
-/// What becomes of a strip that would leave a bridge of a sliver's width, once every snapping has been tried.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Bridges {
-    /// It is cut, and the bridge stays.
+/// What becomes of a strip that would leave a bridge of a sliver's width or a crumb, once every snapping has been tried.
+#[derive(Clone, Copy, PartialEq)]
+enum Leftovers {
+    /// It is cut, and they stay.
     Allowed,
-    /// It is refused.
-    Refused,
+    /// It is refused. A crumb has less than this volume (m^3).
+    Refused(f64),
 }
 
 /// Changes by one facet.
@@ -61,6 +61,9 @@ struct FacetCut {
     seam: Vec<u32>,
 }
 
+/// Distance from a facet up to which triangles are looked at, in longest sides of those that it intersects.
+const NEAR: f64 = 0.05;
+
 impl CutMesh {
     /// Cuts along the strip between the stroke's blade and `next`, and moves the stroke there. A blade that moves only along itself cuts nothing
     /// and leaves the stroke unchanged.
@@ -69,19 +72,20 @@ impl CutMesh {
     /// [`Refused`] if the cut is impossible. Mesh and stroke are unchanged, so the next advance spans both. If a blade is refused again and again,
     /// a new stroke from its present position leaves the region between uncut.
     pub fn advance(&mut self, stroke: &mut Stroke, next: Blade) -> Result<Advance, Refused> {
-        self.advance_with(stroke, next, Bridges::Allowed)
+        self.advance_with(stroke, next, Leftovers::Allowed)
     }
 
     /// As [`CutMesh::advance`], but refuses what would leave a bridge of a sliver's width across the cut: where no snapping lets the strip begin exactly
-    /// at the end of the last one, or opens all triangles along it.
+    /// at the end of the last one, or opens all triangles along it. And what would separate a crumb: a part of less than the volume `crumb` (m^3), and than a
+    /// hundredth of its body.
     ///
     /// # Errors
     /// As for [`CutMesh::advance`].
-    pub fn advance_without_bridges(&mut self, stroke: &mut Stroke, next: Blade) -> Result<Advance, Refused> {
-        self.advance_with(stroke, next, Bridges::Refused)
+    pub fn advance_cleanly(&mut self, stroke: &mut Stroke, next: Blade, crumb: f64) -> Result<Advance, Refused> {
+        self.advance_with(stroke, next, Leftovers::Refused(crumb))
     }
 
-    fn advance_with(&mut self, stroke: &mut Stroke, next: Blade, bridges: Bridges) -> Result<Advance, Refused> {
+    fn advance_with(&mut self, stroke: &mut Stroke, next: Blade, leftovers: Leftovers) -> Result<Advance, Refused> {
         next.check()?;
         let facets = stroke.facets(&next, self.swept_parts(stroke.blade, next));
         let first = [self.surface.triangles.len() as u32, self.surface.points.len() as u32];
@@ -91,7 +95,7 @@ impl CutMesh {
         let mut refused = None;
         for snap in self.snaps {
             self.begin_step();
-            match self.sweep(&facets, &stroke.seam, snap, bridges) {
+            match self.sweep(&facets, &stroke.seam, snap, leftovers) {
                 Ok(done) => {
                     let after =
                         Stroke { blade: next, seam: done.seam, travel: stroke.travel + stroke.blade.way(&next) };
@@ -128,17 +132,22 @@ impl CutMesh {
         facets: &[Facet],
         seam: &[u32],
         snap: SnapTolerances,
-        bridges: Bridges,
+        leftovers: Leftovers,
     ) -> Result<FacetCut, Refused> {
         let mut all = FacetCut { seam: seam.to_vec(), ..FacetCut::default() };
         for facet in facets {
-            let done = self.cut(facet, &all.seam, snap, bridges)?;
+            let done = self.cut(facet, &all.seam, snap, leftovers)?;
             all.area += done.area;
             all.length += done.length;
             all.parted.extend(done.parted);
             all.seam = done.seam;
         }
         self.verify()?;
+        if let Leftovers::Refused(least) = leftovers
+            && let Some(volume) = self.crumb(least)
+        {
+            return Err(Refused { reason: Refusal::Crumb, entity: "part", value: volume });
+        }
         self.refit();
         Ok(all)
     }
@@ -149,11 +158,11 @@ impl CutMesh {
         facet: &Facet,
         seam: &[u32],
         snap: SnapTolerances,
-        bridges: Bridges,
+        leftovers: Leftovers,
     ) -> Result<FacetCut, Refused> {
-        let near = self.triangles_near_facet(facet);
+        let near = self.triangles_near_facet(facet, snap);
         let trace = Trace::new(self, &near, facet, seam, snap);
-        let may_bridge = snap.on <= self.snaps[2].on && bridges == Bridges::Allowed;
+        let may_bridge = snap.on <= self.snaps[2].on && leftovers == Leftovers::Allowed;
         if let Some(node) = trace.beside_seam.filter(|_| !may_bridge) {
             return Err(Refused { reason: Refusal::Crossed, entity: "seam at node", value: f64::from(node) });
         }
@@ -261,12 +270,12 @@ impl CutMesh {
         halves.map(|half| half.half_edge).find(|half| is_joined(*half)).map(|half| half / 3)
     }
 
-    /// Triangles a facet may intersect, ascending.
-    fn triangles_near_facet(&self, facet: &Facet) -> Vec<u32> {
+    /// Triangles a facet may intersect, or that have a vertex which may be snapped to it, ascending.
+    fn triangles_near_facet(&self, facet: &Facet, snap: SnapTolerances) -> Vec<u32> {
         let mut near = Vec::new();
         self.tree.near_facet(facet.corners, 0.0, |triangle| near.push(triangle));
         let longest = near.iter().map(|t| longest_side(&self.corners_of(*t))).fold(0.0, f64::max);
-        let margin = 0.05 * longest;
+        let margin = snap.ends.max(NEAR) * longest;
         if margin > 0.0 {
             near.clear();
             self.tree.near_facet(facet.corners, margin, |triangle| near.push(triangle));

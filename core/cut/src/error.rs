@@ -26,6 +26,9 @@ pub enum Refusal {
     /// The cut would leave a triangle with too small an angle.
     #[error("a sliver would be left (smallest angle in degrees)")]
     Sliver,
+    /// The cut would separate a part too small to be of any use.
+    #[error("a crumb would be left (volume in m^3)")]
+    Crumb,
     /// The cut crosses itself within one strip: a surface that passes through itself, or two that nearly touch.
     #[error("lines of the cut cross each other (number of lines, or index of the node or triangle)")]
     Crossed,

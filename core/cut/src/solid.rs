@@ -16,6 +16,8 @@ use pliant_mesh::geometry::Vec3;
 pub(super) struct Body {
     /// Whether the normals of its faces point inwards.
     pub inverted: bool,
+    /// Volume within its outer surface before any cut, m^3.
+    pub volume: f64,
 }
 
 /// Ratio of volume to area^(3/2) below which a closed component counts as a folded sheet.
@@ -68,13 +70,13 @@ pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> (Vec<u32>, Vec<Body
             continue;
         }
         if volume < 0.0 {
-            hollows.push(number);
+            hollows.push((number, -volume));
             continue;
         }
         body_of[number] = bodies.len() as u32;
-        bodies.push(Body { inverted: false });
+        bodies.push(Body { inverted: false, volume });
     }
-    for hollow in hollows {
+    for (hollow, volume) in hollows {
         let point = surface.points[surface.triangles[members[start[hollow]] as usize][0] as usize];
         let round = (0..closed.len()).find(|&number| {
             let shell = &members[start[number]..start[number + 1]];
@@ -82,7 +84,7 @@ pub(super) fn find(surface: &Surface, links: &[[u32; 3]]) -> (Vec<u32>, Vec<Body
         });
         body_of[hollow] = round.map_or_else(
             || {
-                bodies.push(Body { inverted: true });
+                bodies.push(Body { inverted: true, volume });
                 bodies.len() as u32 - 1
             },
             |number| body_of[number],

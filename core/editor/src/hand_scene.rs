@@ -137,6 +137,10 @@ pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings, painted: &[&str])
         if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
             edit["limit"] = value(hand.peak_force);
         }
+        // A hand that feels nothing draws a line over a picture, in which all layers are one.
+        if kind.keys().iter().any(|key| key.name == KeyName::Layers) {
+            edit["layers"] = value("all");
+        }
         if kind.strength().is_some_and(|strength| strength.unit == "Pa") {
             edit["strength"] = value(hand.pressure);
         }

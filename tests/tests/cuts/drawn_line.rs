@@ -10,7 +10,7 @@ use pliant_engine::body::{Body, NOT_EMBEDDED};
 use pliant_engine::edit::KINDS;
 use pliant_engine::scene::Release;
 use pliant_engine::session::{EventKind, HandPose, Session};
-use pliant_mesh::testing::{Random, scan};
+use pliant_mesh::testing::{Random, scan, without};
 use pliant_mesh::{ObjDocument, Surface, generate};
 use pliant_plugin_api::abi::Ball;
 use pliant_solver::Vec3;
@@ -101,6 +101,61 @@ fn model(kind: &str, random: &mut Random) -> ObjDocument {
     moved(&document, |p| scale * (p - bounds.centre()))
 }
 
+/// Kinds of open models.
+const SHEETS: [&str; 4] = ["tube", "bowl", "wave", "pot"];
+
+/// A net of 36 x 24 quads, joined at its ends along the first axis if it is `round`, at places from two coordinates between 0 and 1, m.
+fn net(round: bool, place: impl Fn(f64, f64) -> Vec3) -> ObjDocument {
+    let (columns, rows) = (36, 24);
+    let last = if round { columns } else { columns + 1 };
+    let mut text = String::new();
+    for j in 0..=rows {
+        for i in 0..last {
+            let p = place(f64::from(i) / f64::from(columns), f64::from(j) / f64::from(rows));
+            writeln!(text, "v {} {} {}", p.x, p.y, p.z).expect("text");
+        }
+    }
+    for j in 0..rows {
+        for i in 0..columns {
+            let v = |i: i32, j: i32| j * last + i % last + 1;
+            writeln!(text, "f {} {} {} {}", v(i, j), v(i + 1, j), v(i + 1, j + 1), v(i, j + 1)).expect("text");
+        }
+    }
+    pliant_mesh::testing::document(&text)
+}
+
+/// An open model whose longest edge is [`SIZE`], about the origin: layers of it lie behind each other from most directions.
+fn sheet(kind: &str, random: &mut Random) -> ObjDocument {
+    let [a, b, c] = [random.unit(), random.unit(), random.unit()];
+    let turn = std::f64::consts::TAU;
+    let round = |u: f64, r: f64, z: f64| Vec3::new(r * (turn * u).cos(), r * (turn * u).sin(), z);
+    let document = match kind {
+        "tube" => net(true, |u, v| round(u, 0.2 + 0.2 * a + 0.1 * b * (turn * v).sin(), v) + c * v * v * Vec3::x()),
+        "bowl" => net(true, |u, v| {
+            let (s, z) = ((0.05 + (1.4 + a) * v).sin(), (0.05 + (1.4 + a) * v).cos());
+            round(u, 0.5 * s * (1.0 + 0.2 * b * (3.0 * turn * u).cos()), -0.5 * z)
+        }),
+        "wave" => {
+            net(false, |u, v| Vec3::new(u, v, (0.1 + 0.2 * a) * ((1.0 + 2.0 * b) * turn * (u + 0.3 * c * v)).sin()))
+        }
+        _ => {
+            let whole = scan(random.below(2) as u32, 2500, 0, random.next_u64()).document();
+            let surface = Surface::from_document(&whole);
+            let bounds = surface.bounds();
+            let [out, reach] = [random.direction(), Vec3::repeat(0.3 + 0.4 * a)];
+            let corner = bounds.centre() + 0.5 * bounds.longest_edge() * out;
+            let is_open = |t: &usize| {
+                let x = surface.triangles[*t].iter().map(|v| surface.points[*v as usize]).sum::<Vec3>() / 3.0;
+                (x - corner).norm() < reach.x * bounds.longest_edge()
+            };
+            without(&whole, &(0..surface.triangles.len()).filter(is_open).collect::<Vec<_>>())
+        }
+    };
+    let bounds = Surface::from_document(&document).bounds();
+    let scale = SIZE / (bounds.max - bounds.min).max();
+    moved(&document, |p| scale * (p - bounds.centre()))
+}
+
 impl DrawnCut {
     /// The case of a number, and the model that is cut, at one of the levels.
     pub fn new(number: u64, levels: &RangeInclusive<u32>) -> (Self, ObjDocument) {
@@ -110,10 +165,24 @@ impl DrawnCut {
         let is_whole = random.unit() < 0.3;
         let finest = if is_whole { 5 } else { *levels.end() };
         let level = levels.start() + random.below(u64::from(finest - levels.start() + 1)) as u32;
+        let case = Self { level, is_whole, ..Self::across(number, body, &document, random) };
+        (case, document)
+    }
+
+    /// The case of a number of a line across a sheet, and the sheet.
+    pub fn of_sheet(number: u64) -> (Self, ObjDocument) {
+        let random = &mut Random(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x7368_6565);
+        let body = random.pick(&SHEETS);
+        let document = sheet(body, random);
+        (Self::across(number, body, &document, random), document)
+    }
+
+    /// A line across a model.
+    fn across(number: u64, body: &'static str, document: &ObjDocument, random: &mut Random) -> Self {
         let back = random.direction();
         let along = back.cross(&random.direction()).normalize();
         let aside = back.cross(&along);
-        let points = Surface::from_document(&document).points;
+        let points = Surface::from_document(document).points;
         let reach = |axis: Vec3| {
             points.iter().map(|p| p.dot(&axis)).fold([f64::INFINITY, -f64::INFINITY], |[a, b], x| [a.min(x), b.max(x)])
         };
@@ -127,10 +196,10 @@ impl DrawnCut {
         let [aside_by, along_by] = if eye.is_some() { [1.0 + 1.0 / EYE, (EYE + 1.0) / (EYE - 0.5)] } else { [1.0; 2] };
         let at = |way: f64| aside_by * offset * aside + along_by * way * along - SIZE * back;
         let jump = 0.0005 * 48_f64.powf(random.unit());
-        let case = Self {
+        Self {
             body,
-            level,
-            is_whole,
+            level: 0,
+            is_whole: false,
             plugin: random.pick(&SOLIDS_OF),
             young: 5e3 * 200_f64.powf(random.unit()),
             line: [at(start - before), at(end + after)],
@@ -138,8 +207,7 @@ impl DrawnCut {
             eye,
             jump,
             waits: [1 + random.below(5) as u32, random.below(4) as u32],
-        };
-        (case, document)
+        }
     }
 
     /// Whether the blade points to the eye of a perspective view, and turns on its way.
@@ -196,6 +264,24 @@ impl DrawnCut {
         let mut session = open_drafted(&bench.write("scene.toml", scene));
         session.keep_history();
         session
+    }
+
+    /// A session of an editor with a sheet, where strokes can be undone.
+    pub fn open_sheet(&self, bench: &Bench, document: &ObjDocument) -> Session {
+        bench.write("model.obj", document.bytes());
+        let material = DraftMaterial::Sheet { plugin: "cloth".into(), fabric: "denim".into(), held: Vec::new() };
+        let mesh = bench.path("model.obj");
+        let draft = Draft { mesh, scale: 1.0, size: SIZE, subdivide: false, weld: None, material, dt: 4e-3 };
+        let mut session = open_drafted(&bench.write("scene.toml", draft.to_toml(&bench.path(""))));
+        session.keep_history();
+        session
+    }
+
+    /// The place behind which a place (m) is seen, at the depth of the drawn line.
+    pub fn on_line_plane(&self, x: Vec3) -> Vec3 {
+        let depth = |from: Vec3, to: Vec3| (to - from).dot(&self.back);
+        let start = self.line[0];
+        self.eye.map_or(x, |eye| eye.lerp(&x, depth(eye, start) / depth(eye, x)))
     }
 
     /// Unit normal of the plane in which the blade goes.
@@ -294,6 +380,7 @@ impl Unparted {
                 "{number}: {parts} of {expected} parts, {told} told, {pairs} joined in the lattice, {extra} parts too many of it, {} ends of lines: {case:?}",
                 ends.len()
             );
+            println!("{number}: volumes of the parts in cells: {:.2?}", volumes(&session.bodies[0]));
         }
     }
 
@@ -305,6 +392,14 @@ impl Unparted {
         println!("{} of {drawn} lines leave parts of the surface that the lattice joins: {joined:?}", joined.len());
         println!("{} of {drawn} lines leave more parts of the lattice than of the surface: {extra:?}", extra.len());
     }
+}
+
+/// Volumes of the parts of a body's surface in cells, ascending.
+fn volumes(body: &Body) -> Vec<f64> {
+    let (Some(mesh), Some(lattice)) = (&body.cut, body.discretization.lattice()) else { return Vec::new() };
+    let mut volumes: Vec<f64> = mesh.parts().all.iter().map(|part| part.volume / lattice.edge().powi(3)).collect();
+    volumes.sort_by(f64::total_cmp);
+    volumes
 }
 
 /// Number of connected parts of a surface.

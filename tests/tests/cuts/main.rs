@@ -13,6 +13,7 @@ mod fragments;
 mod kept_line;
 mod open_parts;
 mod seams;
+mod sheet_layers;
 mod split_bodies;
 mod split_parts;
 mod stitching;

@@ -3,6 +3,7 @@
 
 use pliant_engine::session::{EventKind, Session};
 use pliant_mesh::testing::Random;
+use pliant_solver::Vec3;
 use pliant_tests::{Bench, case_count, open_file};
 
 #[test]
@@ -105,4 +106,36 @@ fn a_shape_that_was_turned_inside_out_is_kept_as_the_hand_gave_it_or_not_at_all(
         assert!(moved < 5.0 * cell, "{said}: the kept shape is {moved} m from the one in the hand");
     }
     println!("{left_out} shapes were not kept");
+}
+
+/// A sheet has nothing that it springs back to in space: what a hand has drawn along before it let go stays there, and an undo takes it back.
+#[test]
+fn a_sheet_that_was_drawn_away_before_the_grip_was_lost_is_taken_back() {
+    let mut random = Random(11);
+    for case in 0..case_count("GRIPS", 4) {
+        // Slowly, and then away.
+        let [slow, fast] = [0.02, 0.5].map(|way| Vec3::new(0.05, 0.05, 0.0) + way * random.direction());
+        let path = [(0.0, Vec3::new(0.05, 0.05, 0.0)), (0.15, slow), (0.2, fast)].map(|(t, p)| [t, p.x, p.y, p.z]);
+        let text = format!(
+            "format = 1\n[time]\nduration = 1\ndt = \"2 ms\"\nintegrator = \"backward-euler\"\n[[body]]\n\
+             shape = {{ kind = \"sheet\", cells = 10, size = [0.1, 0.1, 0] }}\nsheet = {{ warp = [1, 0, 0] }}\n\
+             material = {{ plugin = \"cloth\", params = {{ density = 0.2, young-warp = 500, bending-warp = 1e-5 }} }}\n\
+             [[device]]\nname = \"hand\"\nparams = {{ path = {path:?} }}\n\
+             [[tool]]\nname = \"finger\"\ndevice = \"hand\"\nradius = 0.01\nstiffness = 200\n\
+             [[edit]]\nkind = \"grab\"\ntool = \"finger\"\nend = 0.25\nrelease = \"keep\"\nlimit = {}\n",
+            0.2 + 0.2 * random.unit()
+        );
+        let bench = Bench::new();
+        let mut session = open_file(&bench.write("scene.toml", text), 1, None);
+        session.keep_history();
+        let before = session.bodies[0].system.nodes.x.clone();
+        (0..140).for_each(|_| session.step());
+        assert_eq!(session.events.count(EventKind::NotKept), 1, "{case}: it lets go");
+        let moved = |(a, b): (&Vec3, &Vec3)| (a - b).norm();
+        let moved = session.bodies[0].system.nodes.x.iter().zip(&before).map(moved).fold(0.0, f64::max);
+        assert!(moved > 1e-3, "{case}: it was drawn along by {moved} m");
+        assert_eq!(session.history().done, 1, "{case}");
+        assert!(session.undo(), "{case}");
+        assert!(session.bodies[0].system.nodes.x == before, "{case}: an undo takes it back");
+    }
 }

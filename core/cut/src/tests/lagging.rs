@@ -56,7 +56,7 @@ impl Lagging {
                 continue;
             }
             let to = if goes_back { *to } else { mesh.front(&from, to, middle, ahead) };
-            refused += usize::from(mesh.advance_without_bridges(&mut stroke, to).is_err());
+            refused += usize::from(mesh.advance_cleanly(&mut stroke, to, 0.0).is_err());
         }
         refused
     }

@@ -2,6 +2,7 @@
 
 mod awkward;
 mod checks;
+mod crumbs;
 mod enclosure;
 mod exact;
 mod lagging;

@@ -30,7 +30,7 @@ fn a_fan_of_blades_cuts_its_plane_and_no_more() {
         let (steps, mut area, before) = (60 + random.below(60), 0.0, refused);
         for step in 1..=steps {
             let blade = pointing(step as f64 / steps as f64);
-            match mesh.advance_without_bridges(&mut stroke, blade) {
+            match mesh.advance_cleanly(&mut stroke, blade, 0.0) {
                 Ok(advance) => area += advance.area,
                 // It is cut with the next strip.
                 Err(_) => refused += 1,
@@ -51,7 +51,7 @@ fn a_fan_of_blades_cuts_its_plane_and_no_more() {
 
 /// A fan that leaves its plane by up to 4 degrees, as one of a hand that turns freely. Where no strip is refused the body is in parts; so it is in most of the fans.
 #[test]
-fn a_fan_that_bends_is_cut_without_bridges() {
+fn a_fan_that_bends_is_cut_cleanly() {
     let (mut strips, mut refused, mut clean, mut joined) = (0, 0, 0, Vec::new());
     for number in 0..60 {
         let random = &mut Random(number);
@@ -75,7 +75,7 @@ fn a_fan_that_bends_is_cut_without_bridges() {
         let (steps, before) = (80 + random.below(80), refused);
         for step in 1..=steps {
             strips += 1;
-            if mesh.advance_without_bridges(&mut stroke, pointing(step as f64 / steps as f64)).is_err() {
+            if mesh.advance_cleanly(&mut stroke, pointing(step as f64 / steps as f64), 0.0).is_err() {
                 refused += 1;
             }
         }

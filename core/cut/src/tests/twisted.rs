@@ -57,7 +57,7 @@ fn count_uncut(mesh: &CutMesh, [from, to]: [&Blade; 2], aside: f64) -> usize {
 
 /// Where every strip is cut without a bridge, the body is in parts: nothing is left across the seams of two strips. Few strips cannot be cut so.
 #[test]
-fn what_is_cut_without_bridges_is_in_parts() {
+fn what_is_cut_cleanly_is_in_parts() {
     let (mut clean, mut advances, mut refused, mut joined) = (0, 0, 0, Vec::new());
     for number in 0..100 {
         let Drawn { document, blades, .. } = Drawn::new(number);
@@ -73,7 +73,7 @@ fn what_is_cut_without_bridges_is_in_parts() {
         let mut bridges = 0;
         for blade in &blades[1..] {
             advances += 1;
-            if mesh.advance_without_bridges(&mut stroke, *blade).is_err() {
+            if mesh.advance_cleanly(&mut stroke, *blade, 0.0).is_err() {
                 bridges += 1;
                 // What is refused all the same is cut with the next strip.
                 _ = mesh.advance(&mut stroke, *blade);
@@ -111,7 +111,7 @@ fn a_strip_that_crosses_an_earlier_cut_is_cut_up_to_its_blade() {
         let mut stroke = Stroke::begin(across[0]).unwrap();
         for to in &across[1..] {
             let from = stroke.blade();
-            if mesh.advance_without_bridges(&mut stroke, *to).is_ok() {
+            if mesh.advance_cleanly(&mut stroke, *to, 0.0).is_ok() {
                 strips += 1;
                 let count = count_uncut(&mesh, [&from, to], 0.01 * size);
                 if count > 0 {

@@ -126,6 +126,11 @@ impl Sheet {
         self.node_of[vertex as usize]
     }
 
+    /// Present position of a vertex, m; `None` if it has no node.
+    pub fn position(&self, vertex: u32, nodes: &Nodes) -> Option<Vec3> {
+        nodes.x.get(self.node_of(vertex) as usize).copied()
+    }
+
     /// Triangle of an element.
     pub(crate) fn triangle_of(&self, element: usize) -> u32 {
         self.triangle_of[element]

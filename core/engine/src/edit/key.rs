@@ -15,6 +15,8 @@ pub enum KeyName {
     Param,
     /// `depth` of what is painted.
     Depth,
+    /// `layers` of a sheet that are cut.
+    Layers,
     /// `split`: whether the parts of what is cut become bodies of their own.
     Split,
 }
@@ -29,6 +31,7 @@ impl KeyName {
             Self::Strength => "strength",
             Self::Param => "param",
             Self::Depth => "depth",
+            Self::Layers => "layers",
             Self::Split => "split",
         }
     }

@@ -57,9 +57,7 @@ impl Session {
             self.cut_with(tool, time, true);
             let lost_grip = std::mem::take(&mut self.tools[tool].has_lost_grip);
             let keeps = edit.release == Release::Keep && !edit.kind.changes_body();
-            if keeps && lost_grip {
-                self.spring_back(tool, time);
-            }
+            let drifted = keeps && lost_grip && self.spring_back(tool, time);
             let kept = keeps && !lost_grip && self.keep(time);
             let slot = &mut self.tools[tool];
             let advances = std::mem::take(&mut slot.advances);
@@ -83,7 +81,7 @@ impl Session {
             if cut && edit.splits {
                 self.split_cut_bodies();
             }
-            self.settle(tool, cut || changed_body || has_tied || kept);
+            self.settle(tool, cut || changed_body || has_tied || kept || drifted);
         }
         let slot = &mut self.tools[tool];
         slot.tool.release(&slot.hand);
@@ -254,8 +252,8 @@ impl Session {
     }
 
     /// Lets the bodies go back to their last shape after an edit whose hand has let go of them. Cells that are inside out, in which a material may be at rest, do
-    /// so at once.
-    fn spring_back(&mut self, tool: usize, time: f64) {
+    /// so at once. Returns whether a body that is simulated as a whole has moved: it may not come back to the same place.
+    fn spring_back(&mut self, tool: usize, time: f64) -> bool {
         for body in self.bodies.iter_mut().filter(|body| body.frozen.is_none()) {
             if untangle(body).is_some() {
                 go_to_rest(body);
@@ -268,6 +266,8 @@ impl Session {
                  `limit` of the edit"
             )
         });
+        let has_moved = |body: &Body| body.system.nodes.x != body.system.nodes.rest;
+        self.bodies.iter().any(|body| body.discretization.is_whole() && has_moved(body))
     }
 
     /// Statistics of all cuts so far.

@@ -4,7 +4,7 @@ use super::middle::Middle;
 use super::rest_blade::mean_displacement;
 use super::slit::Slit;
 use crate::body::Body;
-use pliant_cut::{Blade, Refused, Stroke};
+use pliant_cut::{Blade, CutMesh, Refused, Stroke};
 use pliant_mesh::Surface;
 use pliant_solver::Vec3;
 
@@ -35,6 +35,10 @@ pub struct BodyStroke {
     pub along: Option<AlongSlit>,
     /// Whether a solid had cuts when the stroke began. If not, a slit that the blade meets was made by this stroke.
     pub was_cut: bool,
+    /// The blade at the beginning.
+    start: Blade,
+    /// Number of triangles of the mesh at the beginning: walls from there on were made by this stroke.
+    first_triangle: u32,
 }
 
 /// The way of a blade in the slits of earlier cuts, where it cuts nothing.
@@ -78,13 +82,6 @@ pub struct Bridge {
     pub place: Vec3,
     /// Upper bound of the bridge's width, m.
     pub width: f64,
-    /// Number of connected parts of the surface before.
-    pub parts: u32,
-}
-
-/// Number of connected parts of a body's surface.
-pub fn count_parts(body: &Body) -> u32 {
-    body.cut.as_ref().map_or(0, |mesh| mesh.surface().shells().iter().max().map_or(0, |last| last + 1))
 }
 
 impl BodyStroke {
@@ -111,7 +108,24 @@ impl BodyStroke {
             slit: None,
             along: None,
             was_cut,
+            start: blade,
+            first_triangle: body.cut.as_ref().map_or(0, |mesh| mesh.surface().triangles.len() as u32),
         })
+    }
+
+    /// Whether a part of the surface has walls of both sides of the stroke, so that it holds together somewhere. So does a ring that was cut through once.
+    pub fn has_joined_walls(&self, mesh: &CutMesh) -> bool {
+        let blade = self.stroke.blade();
+        let normal = (blade.heel - blade.tip).cross(&self.middle.way(&self.start, &blade));
+        let (surface, parts) = (mesh.surface(), mesh.parts());
+        let mut has_walls = vec![[false; 2]; parts.all.len()];
+        for triangle in (self.first_triangle..surface.triangles.len() as u32).filter(|triangle| mesh.is_cap(*triangle))
+        {
+            let [a, b, c] = surface.triangles[triangle as usize].map(|v| surface.points[v as usize]);
+            let side = usize::from((b - a).cross(&(c - a)).dot(&normal) > 0.0);
+            has_walls[parts.of[triangle as usize] as usize][side] = true;
+        }
+        has_walls.contains(&[true; 2])
     }
 
     /// Notes what a solid is like before the first cut of the stroke.

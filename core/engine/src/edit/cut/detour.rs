@@ -5,6 +5,7 @@
 //! behind it on one side and goes through it to the other, so that both cuts are one.
 
 use super::body_stroke::{BodyStroke, travel};
+use super::knife::crumb_volume;
 use super::middle::Middle;
 use super::sweep::Swept;
 use crate::body::{Body, LatticeError};
@@ -124,7 +125,7 @@ fn bend(
     swept: &mut Swept,
     trials: &mut usize,
 ) -> Result<Detoured, LatticeError> {
-    let from = stroke.stroke.blade();
+    let (from, crumb) = (stroke.stroke.blade(), crumb_volume(stride));
     let detours = detours(stroke.middle, stroke.previous.as_ref(), &from, to, stride);
     for Detour { start, via } in detours {
         if *trials == 0 {
@@ -133,12 +134,12 @@ fn bend(
         *trials -= 1;
         let Some(mesh) = &mut body.cut else { return Ok(Detoured::Nowhere) };
         let Ok(mut trial) = start.map_or_else(|| Ok(stroke.stroke.clone()), Stroke::begin) else { continue };
-        let Ok(advance) = mesh.advance_without_bridges(&mut trial, via) else { continue };
+        let Ok(advance) = mesh.advance_cleanly(&mut trial, via, crumb) else { continue };
         (stroke.stroke, stroke.previous) = (trial, Some(start.unwrap_or(from)));
         let detoured = if start.is_some() { Detoured::Through } else { Detoured::Onward };
         swept.take(body, &advance)?;
         let Some(mesh) = &mut body.cut else { return Ok(detoured) };
-        if let Ok(advance) = mesh.advance_without_bridges(&mut stroke.stroke, *to) {
+        if let Ok(advance) = mesh.advance_cleanly(&mut stroke.stroke, *to, crumb) {
             stroke.previous = Some(via);
             swept.take(body, &advance)?;
         }

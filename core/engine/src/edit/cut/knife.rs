@@ -6,13 +6,15 @@
 //! only: a blade that is drawn back and pushed in again continues where it stopped. The reaction acts on the body just ahead of the part of
 //! the edge that is inside.
 
+use super::Layers;
 use super::body_stroke::{BodyStroke, travel};
 use super::cut_step::{AdvanceError, Advanced, CutStep};
 use super::rest_blade::BladeLine;
 use super::sweep::{SweepTarget, Swept};
+use super::swept_area::SweptArea;
 use crate::body::{Body, Discretization, Lattice, LatticeError};
 use crate::tool::Hand;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, UnitQuaternion};
 use pliant_cut::Blade;
 use pliant_solver::Vec3;
 
@@ -27,6 +29,13 @@ pub struct BladeEdge {
     pub toughness: f64,
     /// Fracture energy per cut length of a sheet, N (J/m).
     pub tear: f64,
+}
+
+impl BladeEdge {
+    /// The edge in a hand with this position (m) and rotation.
+    fn at(&self, position: Vec3, rotation: UnitQuaternion<f64>) -> Blade {
+        Blade { tip: position, heel: position + self.length * (rotation * self.direction) }
+    }
 }
 
 /// A blade in use.
@@ -47,6 +56,8 @@ pub struct Knife {
     retracted: bool,
     /// Whether it has taken its first step since it was lifted.
     has_begun: bool,
+    /// The area that it sweeps, if that cuts all layers of sheets at the end.
+    area: Option<SweptArea>,
 }
 
 /// The part of a blade inside of a body.
@@ -88,12 +99,14 @@ impl Inside {
 
 /// Distance between advances, in cell edges: one voxel of a cut cell.
 pub const STRIDE: f64 = 0.25;
+/// Volume below which a part is a crumb, in cells: a lattice has no part of its own for less.
+const CRUMB: f64 = 0.5;
 /// Distance over which the heading turns to a new direction, m.
 const TURN_LENGTH: f64 = 5e-3;
 
 impl Knife {
     /// A knife in no body, in a scene with `bodies` bodies.
-    pub fn new(edge: BladeEdge, bodies: usize) -> Self {
+    pub fn new(edge: BladeEdge, bodies: usize, layers: Layers) -> Self {
         let strokes = (0..bodies).map(|_| None).collect();
         Self {
             edge,
@@ -104,6 +117,7 @@ impl Knife {
             heading: None,
             retracted: false,
             has_begun: false,
+            area: (layers == Layers::All).then(SweptArea::default),
         }
     }
 
@@ -112,6 +126,7 @@ impl Knife {
         self.leave();
         self.has_begun = false;
         self.strokes.fill_with(|| None);
+        self.area.iter_mut().for_each(SweptArea::clear);
     }
 
     /// The blade is in no body, and goes with the hand. What it sweeps goes on from there.
@@ -140,7 +155,34 @@ impl Knife {
         if last {
             self.finish(hand, stiffness, bodies, &mut step)?;
         }
+        self.sweep_layers(hand, bodies, last, &mut step)?;
         Ok(step)
+    }
+
+    /// Adds the blade in the hand to the area that it sweeps, and cuts all layers of sheets by that if it is the `last`.
+    fn sweep_layers(
+        &mut self,
+        hand: &Hand,
+        bodies: &mut [Body],
+        last: bool,
+        step: &mut CutStep,
+    ) -> Result<(), LatticeError> {
+        let Some(area) = &mut self.area else { return Ok(()) };
+        let blade = self.edge.at(hand.position, hand.rotation);
+        area.add(blade);
+        if !last {
+            return Ok(());
+        }
+        for (index, body) in bodies.iter_mut().enumerate() {
+            if body.cut.is_none() || body.frozen.is_some() || body.discretization.sheet().is_none() {
+                continue;
+            }
+            let (swept, refused) = area.cut(body, blade)?;
+            step.advances += usize::from(swept.has_cut);
+            step.length += swept.length;
+            step.refused = refused.map(|refused| (index, refused)).or(step.refused);
+        }
+        Ok(())
     }
 
     /// Begins the swept area where the hand was in the step before: a button is pressed somewhere between two samples, and a fast hand goes far
@@ -148,6 +190,7 @@ impl Knife {
     fn begin(&mut self, hand: &Hand, bodies: &[Body]) -> Result<(), LatticeError> {
         let Some(before) = hand.before else { return Ok(()) };
         self.tip = before.position;
+        self.area.iter_mut().for_each(|area| area.add(self.edge.at(before.position, before.rotation)));
         let line = self.line(&(before.rotation * self.edge.direction));
         for (stroke, body) in self.strokes.iter_mut().zip(bodies) {
             if body.cut.is_some()
@@ -179,7 +222,8 @@ impl Knife {
         let was = self.inside.take();
         let (mut resistance, mut waits) = (None, false);
         for (index, body) in bodies.iter_mut().enumerate() {
-            if body.cut.is_none() || body.frozen.is_some() {
+            let is_swept = self.area.is_some() && body.discretization.sheet().is_some();
+            if body.cut.is_none() || body.frozen.is_some() || is_swept {
                 continue;
             }
             let last_point = was.as_ref().filter(|i| i.body as usize == index).map(|i| i.points[0]);
@@ -310,6 +354,11 @@ impl Knife {
         let force = if distance > 0.0 { energy / distance } else { 0.0 };
         Ok(Some(Advanced { force, area, length, has_cut }))
     }
+}
+
+/// Volume below which a part is a crumb, m^3, where advances have a distance of `stride` (m).
+pub(super) fn crumb_volume(stride: f64) -> f64 {
+    CRUMB * (stride / STRIDE).powi(3)
 }
 
 /// A blade mapped to the rest shape.

@@ -11,6 +11,7 @@ mod sheet_intersection;
 mod slit;
 mod stroke_end;
 mod sweep;
+mod swept_area;
 
 pub use cut_step::{CutAgain, CutStep, HeldBody};
 pub use knife::{BladeEdge, STRIDE};
@@ -22,9 +23,22 @@ use crate::tool::{Hand, Tool, diagonal};
 use knife::Knife;
 use pliant_solver::Vec3;
 use rest_blade::SAMPLES;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 /// Cuts with a tool that has a blade.
 pub(super) struct Cut;
+
+/// Which layers of a sheet a blade cuts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layers {
+    /// The one that it met first, as it moves and against the cutting resistance.
+    #[default]
+    One,
+    /// All that it has swept since the edit began, when that ends: in the shape that the sheet has then, and without resistance.
+    All,
+}
 
 impl EditKind for Cut {
     fn name(&self) -> &'static str {
@@ -36,20 +50,27 @@ impl EditKind for Cut {
     }
 
     fn keys(&self) -> &'static [Key] {
-        &[Key {
-            name: KeyName::Split,
-            default: "false",
-            summary: "Whether the parts of what it has cut become bodies of their own at its end.",
-        }]
+        &[
+            Key {
+                name: KeyName::Split,
+                default: "false",
+                summary: "Whether the parts of what it has cut become bodies of their own at its end.",
+            },
+            Key {
+                name: KeyName::Layers,
+                default: "one",
+                summary: "Layers of a sheet that it cuts: `one` as the blade moves, against resistance; `all` that it has swept, at its end.",
+            },
+        ]
     }
 
     fn cuts(&self) -> bool {
         true
     }
 
-    fn begin(&self, _edit: &Edit, tool: &Tool, bodies: usize) -> Box<dyn Action> {
+    fn begin(&self, edit: &Edit, tool: &Tool, bodies: usize) -> Box<dyn Action> {
         let edge = tool.blade.clone().expect("the plan refuses a cut without a blade");
-        Box::new(Cutting { knife: Knife::new(edge, bodies) })
+        Box::new(Cutting { knife: Knife::new(edge, bodies, edit.layers) })
     }
 }
 

@@ -5,7 +5,7 @@
 //! the blade. So the blade first moves on against the resistance of what is left until the hand no longer pulls with more. Then, if it has come out of
 //! the shape that the body had when the stroke began, it cuts up to there in the rest shape, if that is not farther than it has cut by itself.
 
-use super::body_stroke::{BodyStroke, Section, count_parts, euler_characteristic};
+use super::body_stroke::{BodyStroke, Section, euler_characteristic};
 use super::cut_step::{CutAgain, CutStep, HeldBody};
 use super::knife::{Knife, RotatedBlade, STRIDE};
 use crate::body::{Body, LatticeError};
@@ -75,7 +75,7 @@ impl Knife {
         if !is_outside(mesh, asked) {
             return;
         }
-        let bridge = stroke.bridge.filter(|bridge| count_parts(body) <= bridge.parts);
+        let bridge = stroke.bridge.filter(|_| stroke.has_joined_walls(mesh));
         let is_whole = |section: &Section| section.spans && euler_characteristic(mesh.surface()) < section.euler + 2;
         let found = bridge.map(|bridge| (bridge.place, bridge.width));
         let found = found.or_else(|| stroke.section.filter(is_whole).map(|section| (section.place, stroke.way)));

@@ -1,8 +1,9 @@
 //! Sweeping of a body up to a blade: straight on, around what the mesh refuses, or with a bridge where there is no way around.
 
-use super::body_stroke::{AlongSlit, BodyStroke, Bridge, count_parts, travel};
+use super::body_stroke::{AlongSlit, BodyStroke, Bridge, travel};
 use super::cut_step::AdvanceError;
 use super::detour::{Detoured, force, go_around};
+use super::knife::crumb_volume;
 use super::slit::{Origin, Slit, Surroundings};
 use super::stroke_end::is_outside;
 use crate::body::{Body, Discretization, LatticeError};
@@ -41,7 +42,7 @@ const THROUGH: [f64; 3] = [0.05, 0.1, 0.2];
 const ON_WAY: [f64; 2] = [0.35, 0.7];
 
 /// A blade on the way from one to another.
-fn between(from: &Blade, to: &Blade, share: f64) -> Blade {
+pub(super) fn between(from: &Blade, to: &Blade, share: f64) -> Blade {
     Blade { tip: from.tip.lerp(&to.tip, share), heel: from.heel.lerp(&to.heel, share) }
 }
 
@@ -167,15 +168,14 @@ impl BodyStroke {
         for distance in THROUGH {
             let [start, via] = slit.strip_through(&to.blade, distance * edge);
             let (Ok(mut trial), Some(mesh)) = (Stroke::begin(start), &mut body.cut) else { continue };
-            if let Ok(advance) = mesh.advance_without_bridges(&mut trial, via) {
+            if let Ok(advance) = mesh.advance_cleanly(&mut trial, via, crumb_volume(to.stride)) {
                 (self.stroke, self.previous) = (trial, Some(start));
                 swept.take(body, &advance).map_err(AdvanceError::Failed)?;
                 break;
             }
         }
         if !swept.has_cut {
-            let parts = self.bridge.map_or_else(|| count_parts(body), |bridge| bridge.parts);
-            self.bridge.get_or_insert(Bridge { place: self.middle.on(&slit.blade), width: to.stride, parts });
+            self.bridge.get_or_insert(Bridge { place: self.middle.on(&slit.blade), width: to.stride });
         }
         if let Some(onward) = self.sweep_material(body, to)? {
             swept.add(&onward);
@@ -194,7 +194,7 @@ impl BodyStroke {
         let to = &SweepTarget { blade, ..*to };
         // Elements of a sheet are its triangles: what does not meet the end of a cut there is seen to by wider snapping.
         let straight = match &body.discretization {
-            Discretization::Lattice(_) => mesh.advance_without_bridges(&mut self.stroke, to.blade),
+            Discretization::Lattice(_) => mesh.advance_cleanly(&mut self.stroke, to.blade, crumb_volume(to.stride)),
             Discretization::Sheet(_) => mesh.advance(&mut self.stroke, to.blade),
         };
         let mut swept = Swept::default();
@@ -219,9 +219,7 @@ impl BodyStroke {
         swept: &mut Swept,
     ) -> Result<(), AdvanceError> {
         let before = self.stroke.blade();
-        // The parts are counted once in a stroke: it takes a look at the whole surface.
-        let parts = self.bridge.map_or_else(|| count_parts(body), |bridge| bridge.parts);
-        let bridge = Bridge { place: self.middle.on(&before), width: to.stride, parts };
+        let bridge = Bridge { place: self.middle.on(&before), width: to.stride };
         match go_around(body, self, &to.blade, to.stride, swept).map_err(AdvanceError::Failed)? {
             Detoured::Onward => return Ok(()),
             Detoured::Through => {}
