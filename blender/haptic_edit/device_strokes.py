@@ -12,7 +12,7 @@ from enum import Enum
 import numpy as np
 import pliant
 
-from .editing import SETTLE, TOOL, MeshEdit, button_of, edit_kinds, felt_button
+from .editing import SETTLE, TOOL, MeshEdit, device_button_of, edit_kinds, felt_button
 
 
 # Speed of a mesh, its sizes in a second of the session, at which it counts as at rest: a ten-thousandth of its size in a frame of 60 Hz.
@@ -124,7 +124,7 @@ class DeviceStrokes:
         state = self.state = self._hand.state
         if self._phase is _Phase.INSIDE and state.position is not None and _is_clear(seen, state.position, self._edit.settings.radius):
             self._phase = _Phase.FREE
-        first, other = button_of(wish.kind), button_of(pliant.opposite_kind(wish.kind) or wish.kind)
+        first, other = device_button_of(wish.kind), device_button_of(pliant.opposite_kind(wish.kind) or wish.kind)
         buttons = (0, 0, 0) if self._phase is _Phase.INSIDE else ([felt_button()], [first], [other])
         self._hand.guide(view=wish.view, buttons=buttons, force_share=wish.force_share)
         return self._follow(state, wish, moved)
@@ -174,7 +174,7 @@ class DeviceStrokes:
 
 def _kind_of(buttons: int) -> str | None:
     """The edit kind of the buttons of the scene that are pressed; None for that which is felt or none."""
-    pressed = [kind for kind in edit_kinds() if buttons >> button_of(kind) & 1]
+    pressed = [kind for kind in edit_kinds() if buttons >> device_button_of(kind) & 1]
     return pressed[0] if pressed else None
 
 

@@ -192,6 +192,11 @@ def felt_button() -> int:
     return len(edit_kinds())
 
 
+def device_button_of(kind: str) -> int:
+    """The button of the scene that begins an edit kind for a device, whose hand feels what it does."""
+    return felt_button() + 1 if kind == "cut" else button_of(kind)
+
+
 def scene_of(mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ...] = ()) -> pliant.Scene:
     """The scene of a mesh: one body and one hand, with a button for each edit kind, and obstacles."""
     size, radius = mesh.size(), settings.radius
@@ -227,7 +232,7 @@ def scene_of(mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ..
     scene.tool(TOOL, hand=TOOL, radius=radius, **tool)
     for button, kind in enumerate(edit_kinds()):
         # A cut stays by itself; a pull never lets go because of its force.
-        keys = {} if kind == "cut" else {"release": "keep"}
+        keys = {"layers": "all"} if kind == "cut" else {"release": "keep"}
         if kind == "pull":
             keys["limit"] = 10 * peak
         if kind == "paint":
@@ -241,6 +246,8 @@ def scene_of(mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ..
         scene.edit(kind, tool=TOOL, button=button, **keys)
     mirrored = {"symmetry": settings.symmetry} if settings.symmetry else {}
     scene.edit("touch", tool=TOOL, button=felt_button(), release="spring-back", **mirrored)
+    # A line over a picture goes through all layers of a sheet; a knife that is felt goes through the one that it meets.
+    scene.edit("cut", tool=TOOL, button=device_button_of("cut"), **mirrored)
     return scene
 
 
@@ -432,7 +439,8 @@ class MeshEdit:
         if not self._strokes:
             return None
         poses = self._strokes[-1].poses
-        return poses.position[poses.buttons >> np.uint32(button_of(kind)) & 1 == 1]
+        pressed = np.uint32(1 << button_of(kind) | 1 << device_button_of(kind))
+        return poses.position[poses.buttons & pressed != 0]
 
     def recording(self) -> Recording | None:
         """All strokes so far; between strokes, after the first. None if the hand has had more poses than are kept."""

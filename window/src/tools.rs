@@ -1,6 +1,6 @@
 //! The tools of the window: one for each edit kind of the engine.
 
-use pliant_editor::{Gesture, PaintStroke, has_release, opposite_kind, stroke_button};
+use pliant_editor::{Gesture, PaintStroke, device_button, has_release, opposite_kind, stroke_button};
 use pliant_engine::body::Axes;
 use pliant_engine::edit::{DEFAULT_RADIUS, EditKind, Falloff, KINDS, KeyName};
 use pliant_engine::scene::Release;
@@ -93,7 +93,12 @@ impl ToolKind {
         self.kind.keys().iter().any(|key| key.name == KeyName::Falloff)
     }
 
-    /// The mask of the button that begins a stroke.
+    /// The mask of the button that begins a stroke of a device.
+    pub fn device_buttons(&self, release: Release, paint: PaintStroke) -> u32 {
+        1 << device_button(self.kind, release, paint)
+    }
+
+    /// The mask of the button that begins a stroke of the pointer.
     pub fn buttons(&self, release: Release, paint: PaintStroke) -> u32 {
         1 << stroke_button(self.kind, release, paint)
     }

@@ -1,9 +1,9 @@
 //! The pointer's hand in a scene: a device, a tool, and edits that begin with buttons.
 //!
-//! Every edit kind of the engine has a button: two where its shape may be kept or spring back, and two for each parameter that may be painted, one
+//! Every edit kind of the engine has a button: two where its shape may be kept or spring back, two for a cut, and two for each parameter that may be painted, one
 //! that raises it and one that lowers it. A user interface offers all kinds and selects one by pressing its button, like a user with a real device.
 
-use pliant_engine::edit::{EditKind, KINDS, KeyName};
+use pliant_engine::edit::{EditKind, KINDS, KeyName, Layers};
 use pliant_engine::scene::Release;
 use pliant_mesh::TetMesh;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
@@ -60,6 +60,8 @@ pub struct HandStroke {
     pub release: Release,
     /// What it paints, if it does.
     pub paint: Option<PaintStroke>,
+    /// Layers of a sheet that it cuts, if it does.
+    pub layers: Layers,
 }
 
 /// What a stroke that paints does to a parameter of the material.
@@ -94,22 +96,40 @@ pub fn hand_strokes(params: usize) -> Vec<HandStroke> {
     for kind in others {
         let releases: &[Release] =
             if has_release(kind) { &[Release::Keep, Release::SpringBack] } else { &[Release::Keep] };
-        strokes.extend(releases.iter().map(|release| HandStroke { kind, release: *release, paint: None }));
+        // A line over a picture goes through all layers of a sheet; a knife that is felt goes through the one that it meets.
+        let layers: &[Layers] = if has_layers(kind) { &[Layers::All, Layers::One] } else { &[Layers::One] };
+        let ways = releases.iter().flat_map(|release| layers.iter().map(|layers| (*release, *layers)));
+        strokes.extend(ways.map(|(release, layers)| HandStroke { kind, release, paint: None, layers }));
     }
     for kind in painting {
         for (param, lowers) in (0..params.min(MAX_PAINTED)).flat_map(|param| [(param, false), (param, true)]) {
             let paint = Some(PaintStroke { param, lowers });
-            strokes.push(HandStroke { kind, release: Release::Keep, paint });
+            strokes.push(HandStroke { kind, release: Release::Keep, paint, layers: Layers::One });
         }
     }
     strokes
 }
 
-/// The button, from 0, of an edit kind. `release` counts where the kind leaves a choice, `paint` where it paints.
+/// The button, from 0, of an edit kind for a pointer, whose hand feels nothing. `release` counts where the kind leaves a choice, `paint` where it paints.
 pub fn stroke_button(kind: &dyn EditKind, release: Release, paint: PaintStroke) -> u32 {
+    button_with(kind, release, paint, Layers::All)
+}
+
+/// The button, from 0, of an edit kind for a device, whose hand feels what it does.
+pub fn device_button(kind: &dyn EditKind, release: Release, paint: PaintStroke) -> u32 {
+    button_with(kind, release, paint, Layers::One)
+}
+
+/// Whether a stroke of this kind cuts one or all layers of a sheet.
+fn has_layers(kind: &dyn EditKind) -> bool {
+    kind.keys().iter().any(|key| key.name == KeyName::Layers)
+}
+
+fn button_with(kind: &dyn EditKind, release: Release, paint: PaintStroke, layers: Layers) -> u32 {
     let is_asked = |stroke: &HandStroke| {
         stroke.kind.name() == kind.name()
             && (stroke.release == release || !has_release(kind))
+            && (stroke.layers == layers || !has_layers(kind))
             && stroke.paint.is_none_or(|other| other == paint)
     };
     hand_strokes(MAX_PAINTED).iter().position(is_asked).unwrap_or_default() as u32
@@ -127,7 +147,7 @@ pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings, painted: &[&str])
     let is_divided = |kind: &dyn EditKind| kind.changes_topology() && has_tetrahedra(scene);
     let strokes = hand_strokes(painted.len()).into_iter().enumerate().filter(|(_, stroke)| !is_divided(stroke.kind));
     let mut edits = Vec::new();
-    for (button, HandStroke { kind, release, paint }) in strokes {
+    for (button, HandStroke { kind, release, paint, layers }) in strokes {
         let mut edit = Table::new();
         edit["kind"] = value(kind.name());
         edit["tool"] = value(HAND);
@@ -137,8 +157,7 @@ pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings, painted: &[&str])
         if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
             edit["limit"] = value(hand.peak_force);
         }
-        // A hand that feels nothing draws a line over a picture, in which all layers are one.
-        if kind.keys().iter().any(|key| key.name == KeyName::Layers) {
+        if layers == Layers::All {
             edit["layers"] = value("all");
         }
         if kind.strength().is_some_and(|strength| strength.unit == "Pa") {
@@ -251,13 +270,17 @@ mod tests {
         assert_eq!((plan.edits.len(), plan.tools.len()), (8 * strokes.len(), 8));
         assert!(KINDS.iter().all(|kind| strokes.iter().any(|stroke| stroke.kind.name() == kind.name())));
         for (place, stroke) in strokes.iter().enumerate() {
-            let HandStroke { kind, release, paint } = *stroke;
-            let button = stroke_button(kind, release, paint.unwrap_or_default());
+            let HandStroke { kind, release, paint, layers } = *stroke;
+            let button = match layers {
+                Layers::All => stroke_button(kind, release, paint.unwrap_or_default()),
+                Layers::One => device_button(kind, release, paint.unwrap_or_default()),
+            };
             assert_eq!(button as usize, place, "{}", kind.name());
             for tool in 0..8 {
                 let begins = |edit: &&Edit| edit.button == Some(button) && edit.tool == tool;
                 let edit = plan.edits.iter().find(begins).expect("an edit of the button");
                 assert_eq!((edit.kind.name(), edit.release, edit.span.end), (kind.name(), release, f64::INFINITY));
+                assert_eq!(edit.layers, layers);
                 let painted =
                     paint.map(|paint| (["young", "density"][paint.param], if paint.lowers { 0.25 } else { 4.0 }));
                 assert_eq!(edit.param.as_deref().zip(edit.strength), painted, "{}", kind.name());

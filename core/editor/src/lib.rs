@@ -56,8 +56,8 @@ pub use device_hand::{DeviceHand, DeviceHandState, DeviceView, DeviceWish, HandN
 pub use draft::{BODY, Draft, DraftMaterial, TOOL_SHARE};
 pub use hand::{Gesture, HandPlace, PointerRay, PointerStroke, StrokeStart, SurfacePoint};
 pub use hand_scene::{
-    HAND, HandSettings, HandStroke, MAX_PAINTED, PaintStroke, give_hand, hand_strokes, has_release, opposite_kind,
-    stroke_button,
+    HAND, HandSettings, HandStroke, MAX_PAINTED, PaintStroke, device_button, give_hand, hand_strokes, has_release,
+    opposite_kind, stroke_button,
 };
 pub use preset::{PlasticFlow, SOLIDS, SolidPreset, fabrics, solid, stiffness_word};
 pub use session_scene::SessionScene;

@@ -109,8 +109,11 @@ impl App {
         let felt = ToolKind::feeling(&self.tools).map_or(0, |touch| touch.buttons(Release::SpringBack, paint(false)));
         let buttons = [
             felt,
-            tool.buttons(release, paint(false)),
-            other.map_or_else(|| tool.buttons(release, paint(true)), |other| other.buttons(release, paint(false))),
+            tool.device_buttons(release, paint(false)),
+            other.map_or_else(
+                || tool.device_buttons(release, paint(true)),
+                |other| other.device_buttons(release, paint(false)),
+            ),
         ];
         // The force was made for a tool of the first size; the coupling of a larger one is stiffer.
         let share = self.force_share / self.settings.size.max(1.0);
