@@ -153,7 +153,9 @@ pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings, painted: &[&str])
         edit["tool"] = value(HAND);
         edit["symmetry"] = value("xyz");
         edit["button"] = value(button as i64);
-        edit["release"] = value(if release == Release::Keep { "keep" } else { "spring-back" });
+        // What a blade has dragged along is no shape that anyone wants.
+        let keeps = release == Release::Keep && !kind.cuts();
+        edit["release"] = value(if keeps { "keep" } else { "spring-back" });
         if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
             edit["limit"] = value(hand.peak_force);
         }
@@ -279,6 +281,7 @@ mod tests {
             for tool in 0..8 {
                 let begins = |edit: &&Edit| edit.button == Some(button) && edit.tool == tool;
                 let edit = plan.edits.iter().find(begins).expect("an edit of the button");
+                let release = if kind.cuts() { Release::SpringBack } else { release };
                 assert_eq!((edit.kind.name(), edit.release, edit.span.end), (kind.name(), release, f64::INFINITY));
                 assert_eq!(edit.layers, layers);
                 let painted =
