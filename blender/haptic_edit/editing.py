@@ -232,7 +232,7 @@ def scene_of(mesh: MeshArrays, settings: Settings, obstacles: tuple[Obstacle, ..
     scene.tool(TOOL, hand=TOOL, radius=radius, **tool)
     for button, kind in enumerate(edit_kinds()):
         # A cut stays by itself; a pull never lets go because of its force.
-        keys = {"layers": "all"} if kind == "cut" else {"release": "keep"}
+        keys = {"sheet_layers": "all"} if kind == "cut" else {"release": "keep"}
         if kind == "pull":
             keys["limit"] = 10 * peak
         if kind == "paint":

@@ -17,8 +17,8 @@ impl CutMesh {
         let first = self.changed().1 as u32;
         let mut seen = HashSet::new();
         // A step separates nothing without new walls.
-        let walls = (first..self.surface.triangles.len() as u32).filter(|triangle| self.is_cap(*triangle));
-        walls.into_iter().find_map(|wall| {
+        let mut walls = (first..self.surface.triangles.len() as u32).filter(|triangle| self.is_cap(*triangle));
+        walls.find_map(|wall| {
             let volume = self.small_part(wall, &mut seen)?;
             let body = self.bodies.get(self.body[wall as usize] as usize)?;
             (volume < least.min(MAX_SHARE * body.volume)).then_some(volume)

@@ -3,7 +3,7 @@
 //! Every edit kind of the engine has a button: two where its shape may be kept or spring back, two for a cut, and two for each parameter that may be painted, one
 //! that raises it and one that lowers it. A user interface offers all kinds and selects one by pressing its button, like a user with a real device.
 
-use pliant_engine::edit::{EditKind, KINDS, KeyName, Layers};
+use pliant_engine::edit::{EditKind, KINDS, KeyName, SheetLayers};
 use pliant_engine::scene::Release;
 use pliant_mesh::TetMesh;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
@@ -60,8 +60,8 @@ pub struct HandStroke {
     pub release: Release,
     /// What it paints, if it does.
     pub paint: Option<PaintStroke>,
-    /// Layers of a sheet that it cuts, if it does.
-    pub layers: Layers,
+    /// SheetLayers of a sheet that it cuts, if it does.
+    pub sheet_layers: SheetLayers,
 }
 
 /// What a stroke that paints does to a parameter of the material.
@@ -97,14 +97,15 @@ pub fn hand_strokes(params: usize) -> Vec<HandStroke> {
         let releases: &[Release] =
             if has_release(kind) { &[Release::Keep, Release::SpringBack] } else { &[Release::Keep] };
         // A line over a picture goes through all layers of a sheet; a knife that is felt goes through the one that it meets.
-        let layers: &[Layers] = if has_layers(kind) { &[Layers::All, Layers::One] } else { &[Layers::One] };
+        let layers: &[SheetLayers] =
+            if has_layers(kind) { &[SheetLayers::All, SheetLayers::One] } else { &[SheetLayers::One] };
         let ways = releases.iter().flat_map(|release| layers.iter().map(|layers| (*release, *layers)));
-        strokes.extend(ways.map(|(release, layers)| HandStroke { kind, release, paint: None, layers }));
+        strokes.extend(ways.map(|(release, sheet_layers)| HandStroke { kind, release, paint: None, sheet_layers }));
     }
     for kind in painting {
         for (param, lowers) in (0..params.min(MAX_PAINTED)).flat_map(|param| [(param, false), (param, true)]) {
             let paint = Some(PaintStroke { param, lowers });
-            strokes.push(HandStroke { kind, release: Release::Keep, paint, layers: Layers::One });
+            strokes.push(HandStroke { kind, release: Release::Keep, paint, sheet_layers: SheetLayers::One });
         }
     }
     strokes
@@ -112,24 +113,24 @@ pub fn hand_strokes(params: usize) -> Vec<HandStroke> {
 
 /// The button, from 0, of an edit kind for a pointer, whose hand feels nothing. `release` counts where the kind leaves a choice, `paint` where it paints.
 pub fn stroke_button(kind: &dyn EditKind, release: Release, paint: PaintStroke) -> u32 {
-    button_with(kind, release, paint, Layers::All)
+    button_with(kind, release, paint, SheetLayers::All)
 }
 
 /// The button, from 0, of an edit kind for a device, whose hand feels what it does.
 pub fn device_button(kind: &dyn EditKind, release: Release, paint: PaintStroke) -> u32 {
-    button_with(kind, release, paint, Layers::One)
+    button_with(kind, release, paint, SheetLayers::One)
 }
 
 /// Whether a stroke of this kind cuts one or all layers of a sheet.
 fn has_layers(kind: &dyn EditKind) -> bool {
-    kind.keys().iter().any(|key| key.name == KeyName::Layers)
+    kind.keys().iter().any(|key| key.name == KeyName::SheetLayers)
 }
 
-fn button_with(kind: &dyn EditKind, release: Release, paint: PaintStroke, layers: Layers) -> u32 {
+fn button_with(kind: &dyn EditKind, release: Release, paint: PaintStroke, sheet_layers: SheetLayers) -> u32 {
     let is_asked = |stroke: &HandStroke| {
         stroke.kind.name() == kind.name()
             && (stroke.release == release || !has_release(kind))
-            && (stroke.layers == layers || !has_layers(kind))
+            && (stroke.sheet_layers == sheet_layers || !has_layers(kind))
             && stroke.paint.is_none_or(|other| other == paint)
     };
     hand_strokes(MAX_PAINTED).iter().position(is_asked).unwrap_or_default() as u32
@@ -147,7 +148,7 @@ pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings, painted: &[&str])
     let is_divided = |kind: &dyn EditKind| kind.changes_topology() && has_tetrahedra(scene);
     let strokes = hand_strokes(painted.len()).into_iter().enumerate().filter(|(_, stroke)| !is_divided(stroke.kind));
     let mut edits = Vec::new();
-    for (button, HandStroke { kind, release, paint, layers }) in strokes {
+    for (button, HandStroke { kind, release, paint, sheet_layers }) in strokes {
         let mut edit = Table::new();
         edit["kind"] = value(kind.name());
         edit["tool"] = value(HAND);
@@ -159,8 +160,8 @@ pub fn give_hand(scene: &mut DocumentMut, hand: &HandSettings, painted: &[&str])
         if kind.keys().iter().any(|key| key.name == KeyName::Limit) {
             edit["limit"] = value(hand.peak_force);
         }
-        if layers == Layers::All {
-            edit["layers"] = value("all");
+        if sheet_layers == SheetLayers::All {
+            edit["sheet-layers"] = value("all");
         }
         if kind.strength().is_some_and(|strength| strength.unit == "Pa") {
             edit["strength"] = value(hand.pressure);
@@ -272,10 +273,10 @@ mod tests {
         assert_eq!((plan.edits.len(), plan.tools.len()), (8 * strokes.len(), 8));
         assert!(KINDS.iter().all(|kind| strokes.iter().any(|stroke| stroke.kind.name() == kind.name())));
         for (place, stroke) in strokes.iter().enumerate() {
-            let HandStroke { kind, release, paint, layers } = *stroke;
-            let button = match layers {
-                Layers::All => stroke_button(kind, release, paint.unwrap_or_default()),
-                Layers::One => device_button(kind, release, paint.unwrap_or_default()),
+            let HandStroke { kind, release, paint, sheet_layers } = *stroke;
+            let button = match sheet_layers {
+                SheetLayers::All => stroke_button(kind, release, paint.unwrap_or_default()),
+                SheetLayers::One => device_button(kind, release, paint.unwrap_or_default()),
             };
             assert_eq!(button as usize, place, "{}", kind.name());
             for tool in 0..8 {
@@ -283,7 +284,7 @@ mod tests {
                 let edit = plan.edits.iter().find(begins).expect("an edit of the button");
                 let release = if kind.cuts() { Release::SpringBack } else { release };
                 assert_eq!((edit.kind.name(), edit.release, edit.span.end), (kind.name(), release, f64::INFINITY));
-                assert_eq!(edit.layers, layers);
+                assert_eq!(edit.sheet_layers, sheet_layers);
                 let painted =
                     paint.map(|paint| (["young", "density"][paint.param], if paint.lowers { 0.25 } else { 4.0 }));
                 assert_eq!(edit.param.as_deref().zip(edit.strength), painted, "{}", kind.name());

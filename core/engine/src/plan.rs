@@ -14,7 +14,7 @@ pub use probes::Probe;
 
 use crate::body::PaintDepth;
 use crate::contact::CollisionSettings;
-use crate::edit::{Command, EditKind, Falloff, Layers};
+use crate::edit::{Command, EditKind, Falloff, SheetLayers};
 use crate::scene::{Extent, Release, Scene, SceneError, Source};
 use pliant_solver::Vec3;
 use serde::Serialize;
@@ -75,8 +75,8 @@ pub struct Edit {
     pub depth: PaintDepth,
     /// Whether the parts of a body that it has cut become bodies of their own at the end of the edit.
     pub splits: bool,
-    /// Layers of a sheet that it cuts.
-    pub layers: Layers,
+    /// SheetLayers of a sheet that it cuts.
+    pub sheet_layers: SheetLayers,
 }
 
 impl Edit {
@@ -233,7 +233,7 @@ impl Plan {
                 param: edit.param.as_ref().map(|param| param.get_ref().clone()),
                 depth: check::depth(edit, source)?,
                 splits: edit.split.as_ref().is_some_and(|split| *split.get_ref()),
-                layers: edit.layers.as_ref().map_or(Layers::default(), |layers| *layers.get_ref()),
+                sheet_layers: edit.sheet_layers.as_ref().map_or(SheetLayers::default(), |layers| *layers.get_ref()),
             };
             self.edits.push(planned.clone());
             for image in images::images(edit, source)? {

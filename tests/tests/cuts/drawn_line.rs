@@ -142,11 +142,11 @@ fn sheet(kind: &str, random: &mut Random) -> ObjDocument {
             let whole = scan(random.below(2) as u32, 2500, 0, random.next_u64()).document();
             let surface = Surface::from_document(&whole);
             let bounds = surface.bounds();
-            let [out, reach] = [random.direction(), Vec3::repeat(0.3 + 0.4 * a)];
+            let (out, reach) = (random.direction(), (0.3 + 0.4 * a) * bounds.longest_edge());
             let corner = bounds.centre() + 0.5 * bounds.longest_edge() * out;
             let is_open = |t: &usize| {
                 let x = surface.triangles[*t].iter().map(|v| surface.points[*v as usize]).sum::<Vec3>() / 3.0;
-                (x - corner).norm() < reach.x * bounds.longest_edge()
+                (x - corner).norm() < reach
             };
             without(&whole, &(0..surface.triangles.len()).filter(is_open).collect::<Vec<_>>())
         }
@@ -314,17 +314,40 @@ impl DrawnCut {
         let from = UnitQuaternion::rotation_between(&Vec3::z(), &self.along_blade(start)).expect("no half turn");
         let turn = UnitQuaternion::rotation_between(&self.along_blade(start), &self.along_blade(end));
         let to = turn.expect("no half turn") * from;
+        self.draw_way(session, button, &[start, end], |position| {
+            from.nlerp(&to, (position - start).norm() / (end - start).norm())
+        });
+    }
+
+    /// Draws a line with corners, by a blade that stays parallel.
+    pub fn draw_bent(&self, session: &mut Session, way: &[Vec3]) {
+        let cut = KINDS.iter().find(|kind| kind.name() == "cut").expect("a kind");
+        let button = 1 << stroke_button(*cut, Release::Keep, PaintStroke::default());
+        let rotation = UnitQuaternion::rotation_between(&Vec3::z(), &self.back).expect("no half turn");
+        self.draw_way(session, button, way, |_| rotation);
+    }
+
+    /// Draws from place to place (m) with a button, and the rotation of the hand at each.
+    fn draw_way(
+        &self,
+        session: &mut Session,
+        button: u32,
+        way: &[Vec3],
+        rotation_at: impl Fn(Vec3) -> UnitQuaternion<f64>,
+    ) {
         let mut sample = |position: Vec3, buttons: u32| {
-            let rotation = from.nlerp(&to, (position - start).norm() / (end - start).norm());
-            session.place_hand(0, Some(HandPose { position, rotation, buttons }));
+            session.place_hand(0, Some(HandPose { position, rotation: rotation_at(position), buttons }));
             session.step();
             session.frame().tools[0].hand
         };
-        let steps = ((end - start).norm() / self.jump).ceil().max(1.0) as u32;
+        let (start, end) = (way[0], way[way.len() - 1]);
         while (sample(start, 0) - start).norm() > 0.2 * RADIUS {}
         (0..self.waits[0]).for_each(|_| _ = sample(start, 0));
         let mut hand = start;
-        (1..=steps).for_each(|step| hand = sample(start.lerp(&end, f64::from(step) / f64::from(steps)), button));
+        for [from, to] in way.windows(2).map(|pair| [pair[0], pair[1]]) {
+            let steps = ((to - from).norm() / self.jump).ceil().max(1.0) as u32;
+            (1..=steps).for_each(|step| hand = sample(from.lerp(&to, f64::from(step) / f64::from(steps)), button));
+        }
         // The hand of the session is no faster than its limit, and the button is held until it has all but arrived.
         while (hand - end).norm() > 0.2 * RADIUS {
             hand = sample(end, button);

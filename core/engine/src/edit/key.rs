@@ -15,8 +15,8 @@ pub enum KeyName {
     Param,
     /// `depth` of what is painted.
     Depth,
-    /// `layers` of a sheet that are cut.
-    Layers,
+    /// `sheet-layers`: how many layers of a sheet are cut.
+    SheetLayers,
     /// `split`: whether the parts of what is cut become bodies of their own.
     Split,
 }
@@ -31,7 +31,7 @@ impl KeyName {
             Self::Strength => "strength",
             Self::Param => "param",
             Self::Depth => "depth",
-            Self::Layers => "layers",
+            Self::SheetLayers => "sheet-layers",
             Self::Split => "split",
         }
     }

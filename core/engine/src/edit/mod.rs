@@ -28,7 +28,7 @@ mod touch_stroke;
 
 pub(crate) use brush::MIN_RADIUS_EDGES;
 pub use brush::{Brush, BrushShape, Falloff};
-pub use cut::{BladeEdge, CutAgain, CutStep, EdgeInside, HeldBody, Layers, STRIDE};
+pub use cut::{BladeEdge, CutAgain, CutStep, EdgeInside, HeldBody, STRIDE, SheetLayers};
 pub(crate) use grip::GRIP_REACH;
 pub use key::{DEFAULT_RADIUS, Key, KeyName, Strength};
 pub(crate) use touch_stroke::INTERVAL as CHANGE_INTERVAL;

@@ -6,7 +6,7 @@
 //! only: a blade that is drawn back and pushed in again continues where it stopped. The reaction acts on the body just ahead of the part of
 //! the edge that is inside.
 
-use super::Layers;
+use super::SheetLayers;
 use super::body_stroke::{BodyStroke, travel};
 use super::cut_step::{AdvanceError, Advanced, CutStep};
 use super::rest_blade::BladeLine;
@@ -106,7 +106,7 @@ const TURN_LENGTH: f64 = 5e-3;
 
 impl Knife {
     /// A knife in no body, in a scene with `bodies` bodies.
-    pub fn new(edge: BladeEdge, bodies: usize, layers: Layers) -> Self {
+    pub fn new(edge: BladeEdge, bodies: usize, layers: SheetLayers) -> Self {
         let strokes = (0..bodies).map(|_| None).collect();
         Self {
             edge,
@@ -117,7 +117,7 @@ impl Knife {
             heading: None,
             retracted: false,
             has_begun: false,
-            area: (layers == Layers::All).then(SweptArea::default),
+            area: (layers == SheetLayers::All).then(SweptArea::default),
         }
     }
 
@@ -155,29 +155,21 @@ impl Knife {
         if last {
             self.finish(hand, stiffness, bodies, &mut step)?;
         }
-        self.sweep_layers(hand, bodies, last, &mut step)?;
+        self.area.iter_mut().for_each(|area| area.add(self.edge.at(hand.position, hand.rotation)));
         Ok(step)
     }
 
-    /// Adds the blade in the hand to the area that it sweeps, and cuts all layers of sheets by that if it is the `last`.
-    fn sweep_layers(
-        &mut self,
-        hand: &Hand,
-        bodies: &mut [Body],
-        last: bool,
-        step: &mut CutStep,
-    ) -> Result<(), LatticeError> {
-        let Some(area) = &mut self.area else { return Ok(()) };
-        let blade = self.edge.at(hand.position, hand.rotation);
-        area.add(blade);
-        if !last {
-            return Ok(());
-        }
+    /// Cuts all layers of sheets by the area that the blade has swept, if that is asked for: at the end of the edit, whether or not the hand is still there.
+    ///
+    /// # Errors
+    /// Returns the error of the material plugin.
+    pub fn cut_layers(&self, bodies: &mut [Body], step: &mut CutStep) -> Result<(), LatticeError> {
+        let Some(area) = &self.area else { return Ok(()) };
         for (index, body) in bodies.iter_mut().enumerate() {
             if body.cut.is_none() || body.frozen.is_some() || body.discretization.sheet().is_none() {
                 continue;
             }
-            let (swept, refused) = area.cut(body, blade)?;
+            let (swept, refused) = area.cut(body)?;
             step.advances += usize::from(swept.has_cut);
             step.length += swept.length;
             step.refused = refused.map(|refused| (index, refused)).or(step.refused);

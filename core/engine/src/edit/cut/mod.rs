@@ -32,7 +32,7 @@ pub(super) struct Cut;
 /// Which layers of a sheet a blade cuts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Layers {
+pub enum SheetLayers {
     /// The one that it met first, as it moves and against the cutting resistance.
     #[default]
     One,
@@ -57,9 +57,9 @@ impl EditKind for Cut {
                 summary: "Whether the parts of what it has cut become bodies of their own at its end.",
             },
             Key {
-                name: KeyName::Layers,
+                name: KeyName::SheetLayers,
                 default: "one",
-                summary: "Layers of a sheet that it cuts: `one` as the blade moves, against resistance; `all` that it has swept, at its end.",
+                summary: "SheetLayers of a sheet that it cuts: `one` as the blade moves, against resistance; `all` that it has swept, at its end.",
             },
         ]
     }
@@ -70,7 +70,7 @@ impl EditKind for Cut {
 
     fn begin(&self, edit: &Edit, tool: &Tool, bodies: usize) -> Box<dyn Action> {
         let edge = tool.blade.clone().expect("the plan refuses a cut without a blade");
-        Box::new(Cutting { knife: Knife::new(edge, bodies, edit.layers) })
+        Box::new(Cutting { knife: Knife::new(edge, bodies, edit.sheet_layers) })
     }
 }
 
@@ -108,10 +108,14 @@ impl Action for Cutting {
     }
 
     fn cut(&mut self, tool: &Tool, hand: &Hand, bodies: &mut [Body], last: bool) -> Result<CutStep, LatticeError> {
-        if !hand.present {
-            return Ok(CutStep::default());
+        let mut step = CutStep::default();
+        if hand.present {
+            step = self.knife.cut(hand, tool.coupling.stiffness, bodies, last)?;
         }
-        self.knife.cut(hand, tool.coupling.stiffness, bodies, last)
+        if last {
+            self.knife.cut_layers(bodies, &mut step)?;
+        }
+        Ok(step)
     }
 
     /// Applies the pull of the hand to the body, evenly over the sample points of the edge that are inside of it.

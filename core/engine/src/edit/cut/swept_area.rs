@@ -9,10 +9,13 @@ use pliant_solver::Vec3;
 /// Blades at the samples of a hand.
 #[derive(Default)]
 pub struct SweptArea {
+    /// Blades at some distance from each other.
     blades: Vec<Blade>,
+    /// The newest blade, where it is another one than the last of these.
+    newest: Option<Blade>,
 }
 
-/// Distance from the last blade up to which one is left out, in lengths of the blade.
+/// Distance from the last blade up to which one is left out unless it is the newest, in lengths of the blade.
 const SPACING: f64 = 1e-3;
 /// Distance from a strip within which a blade lies in it, in radii of the sheet.
 const IN_STRIP: f64 = 1e-3;
@@ -32,27 +35,29 @@ impl SweptArea {
     /// Adds the blade at the next sample of a hand.
     pub fn add(&mut self, blade: Blade) {
         let spacing = SPACING * (blade.heel - blade.tip).norm();
-        if self.blades.last().is_none_or(|last| travel(last, &blade) > spacing) {
+        let is_far = self.blades.last().is_none_or(|last| travel(last, &blade) > spacing);
+        if is_far {
             self.blades.push(blade);
         }
+        self.newest = (!is_far).then_some(blade);
     }
 
     /// Forgets all blades.
     pub fn clear(&mut self) {
-        self.blades.clear();
+        *self = Self::default();
     }
 
-    /// Cuts a sheet by the area up to the blade `end`. Returns what was cut, and the last strip that the mesh refused. A sheet whose material refuses the cut
+    /// Cuts a sheet by the area. Returns what was cut, and the last strip that the mesh refused. A sheet whose material refuses the cut
     /// elements is as it was.
     ///
     /// # Errors
     /// Returns the error of the material plugin.
-    pub fn cut(&self, body: &mut Body, end: Blade) -> Result<(Swept, Option<Refused>), LatticeError> {
+    pub fn cut(&self, body: &mut Body) -> Result<(Swept, Option<Refused>), LatticeError> {
         let Discretization::Sheet(sheet) = &body.discretization else { return Ok(Default::default()) };
         let now = |(v, skin): (usize, &Vec3)| sheet.position(v as u32, &body.system.nodes).unwrap_or(*skin);
         let points: Vec<Vec3> = body.skin.x.iter().enumerate().map(now).collect();
         let ball = Around::of(&points);
-        let blades: Vec<Reaching> = self.blades.iter().chain([&end]).map(|blade| ball.reaching(blade)).collect();
+        let blades: Vec<Reaching> = self.blades.iter().chain(&self.newest).map(|blade| ball.reaching(blade)).collect();
         let bends = straight_strips(&blades, IN_STRIP * ball.radius);
         let triangle = if let [from, to] = bends[..] { ball.triangle(&points, from, to) } else { None };
         let strips: Vec<Blade> = bends.iter().map(|bend| bend.blade).collect();

@@ -104,7 +104,7 @@ impl Check<'_> {
             (KeyName::Strength, edit.strength.as_ref().map(Spanned::span)),
             (KeyName::Param, edit.param.as_ref().map(Spanned::span)),
             (KeyName::Depth, edit.depth.as_ref().map(Spanned::span)),
-            (KeyName::Layers, edit.layers.as_ref().map(Spanned::span)),
+            (KeyName::SheetLayers, edit.sheet_layers.as_ref().map(Spanned::span)),
             (KeyName::Split, edit.split.as_ref().map(Spanned::span)),
         ];
         let (name, known) = match self.command(edit)? {

@@ -1,7 +1,7 @@
 //! The `[[edit]]` and `[[probe]]` entries of a scene file.
 
 use super::{Force, Length, Time};
-use crate::edit::{Command, Falloff, Layers};
+use crate::edit::{Command, Falloff, SheetLayers};
 use crate::probe::{QUANTITIES, Quantity};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -54,9 +54,9 @@ pub struct EditScene {
     /// Whether each part of the bodies that a `cut` has cut becomes a body of its own at the end of the edit; `false` by default.
     #[schemars(with = "Option<bool>")]
     pub split: Option<Spanned<bool>>,
-    /// Layers of a sheet that a `cut` cuts: `one` (default), as the blade moves and against resistance, or `all` that it has swept, at the end of the edit.
-    #[schemars(with = "Option<Layers>")]
-    pub layers: Option<Spanned<Layers>>,
+    /// SheetLayers of a sheet that a `cut` cuts: `one` (default), as the blade moves and against resistance, or `all` that it has swept, at the end of the edit.
+    #[schemars(with = "Option<SheetLayers>")]
+    pub sheet_layers: Option<Spanned<SheetLayers>>,
 }
 
 /// Planes in which a hand is mirrored.
